@@ -90,17 +90,21 @@ class BlockLoop:
         return (self._flag + 1) * self.lanes
 
     @property
+    def _inputs(self) -> list[tuple[str, int, int]]:
+        """Name and width of each input, and its first row in the buffer."""
+        return list(zip(self.names, self.widths, np.cumsum([0, *self.widths[:-1]]).tolist(), strict=True))
+
+    @property
     def buffer(self) -> int:
         """Numbers in the buffer."""
         return self._tail + (0 if self.layout == "blocks" else self.step * self.lanes)
 
     def text(self) -> tree.CText:
         """The loop, a function `blocks`: each input and its step, then results, buffer, and the states from and to."""
-        first = np.cumsum([0, *self.widths])
-        copies = (self._copy(*x) for x in zip(self.names, self.widths, first.tolist(), strict=False))
         text = _TEXT.format(
             arguments=", ".join(f"const double *{name}, int {name}_step" for name in self.names),
-            copies="\n".join(copies), give=_GIVE_BLOCKS if self.layout == "blocks" else _GIVE_ROWS,
+            copies="\n".join(self._copy(*x) for x in self._inputs),
+            give=_GIVE_BLOCKS if self.layout == "blocks" else _GIVE_ROWS,
         )  # fmt: skip
         many = _CACHE_BYTES // (self.step * np.dtype(self.dtype).itemsize)
         places = {"FLAG": self._flag, "TAIL": self._tail, "WIDTH": self.width, "STEP": self.step, "MANY": many}
@@ -116,9 +120,8 @@ class BlockLoop:
         return _COPY.format(name=name, width=width, first=first, take=take)
 
     def _helpers(self) -> tuple[Helper, ...]:
-        number, first = NUMBERS[self.dtype], np.cumsum([0, *self.widths])
-        inputs = zip(self.names, self.widths, first.tolist(), strict=False)
-        found = [rows_to_lanes(f"take_{name}", number, self.lanes, width, at) for name, width, at in inputs]
+        number = NUMBERS[self.dtype]
+        found = [rows_to_lanes(f"take_{name}", number, self.lanes, *place) for name, *place in self._inputs]
         found.append(begins_on_vector("begins", number, self.lanes))
         if self.layout != "blocks":
             found.append(block_past_caches("stream", number, self.lanes, self.step, self._tail))

@@ -1,7 +1,7 @@
 """The search over boxes of `control.inertia.certificate` as machine code, the same for all arms (`box_search.c`)."""
 
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from importlib.resources import files
 
 import numpy as np
@@ -20,6 +20,7 @@ from lwr_dyn.kinematics.closed_forms.texts import with_shared
 NUMBERS = {"INFINITE": float("inf")}
 
 _INPUTS = 6
+"""Pairs of an address and a whole number, as every kernel has them; one number is not used."""
 
 
 def search_text() -> tree.CText:
@@ -28,6 +29,7 @@ def search_text() -> tree.CText:
     return parsed(with_shared(text, "search"), {"WAVES": WAVES, "LEVELS": LEVELS})
 
 
+@cache
 def box_search() -> BoxSearch:
     """The row "compiled" of `BOX_SEARCHES`; raises `MissingPackageError`."""
     require_packages()

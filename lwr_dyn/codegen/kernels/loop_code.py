@@ -51,6 +51,7 @@ class KernelLoop:
     helpers: tuple[Helper, ...] = ()
     constants: Mapping[str, float] = field(default_factory=dict)
     dtype: str = "float64"
+    """Of all its numbers. A loop of float32 copies and compares: constants and functions are those of float64."""
 
     def assembly(self) -> str:
         """The loop as an LLVM module, without what it calls."""

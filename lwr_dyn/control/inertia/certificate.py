@@ -141,6 +141,8 @@ def inertia_certificate(arm: Arm, maximum: InertiaMaximum, gap: float = GAP) -> 
     ------
     OptionError
         A gap that is not above 0 and below 1; more joints than a table can hold.
+    MissingPackageError
+        The extra `batch` is not installed.
     """
     if not (np.isfinite(gap) and 0.0 < gap < 1.0):
         raise OptionError("gap", gap, "above 0 and below 1")

@@ -9,8 +9,9 @@ import lwr_dyn
 from lwr_dyn.control.inertia.bernstein import InertiaTable
 from lwr_dyn.control.inertia.certificate import inertia_certificate, inertia_certificates
 from lwr_dyn.control.inertia.worst_case import diagonal, first_joint, worst_case_inertia, worst_case_inertias
+from lwr_dyn.design.gain_search import certificates
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.model.arm import JointLimits
 from tests.random_arms import random_arm
 
@@ -54,6 +55,18 @@ def test_no_position_of_a_random_arm_has_more(seed):
         assert diagonal(Recursion.of(arm.chain), joint, q).max() <= certificate.upper
         assert certificate.holds
         assert certificate.upper <= maximum.value * (1 + 1e-6)
+
+
+def test_without_the_extra_nothing_is_certified(arm, monkeypatch):
+    def absent():
+        raise MissingPackageError("llvmlite", "batch")
+
+    monkeypatch.setattr("lwr_dyn.control.inertia.certificate._proven", {})
+    monkeypatch.setattr("lwr_dyn.codegen.kernels.box_search.box_search", absent)
+    maximum = worst_case_inertia(arm, 6)
+    assert certificates(arm, [maximum]) is None
+    with pytest.raises(MissingPackageError, match=r"lwr_dyn\[batch\]"):
+        inertia_certificate(arm, maximum)
 
 
 def test_a_search_that_missed_the_maximum_is_corrected(arm):
