@@ -1,6 +1,6 @@
 """Faults planted in the code, one at a time, in copies of the tree: does the test of the module see them?
 
-Drawn evenly over the lines of the whole package. Each is tried with the tests that its module's name finds, and no
+Drawn evenly over the lines of the whole package, Python and C. Each is tried with the tests that its module's name finds, and no
 other: `test_<module>.py` and `test_<module>_<aspect>.py` in the folder of tests that mirrors the module's, its row in
 `tests/covered.toml`, its examples; first those that plain `pytest` runs, then the slow ones. Tests run in a fork of a
 process that has loaded the libraries. Tests that do not end in `PATIENCE` have seen a fault if they end without it.
@@ -36,6 +36,7 @@ import scipy.optimize  # noqa: F401
 import yourdfpy  # noqa: F401
 
 from soak_lines.mutations import Mutant, mutants_of
+from soak_lines.mutations_of_c import mutants_of_c
 from tests.own_tests import own_tests
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -109,10 +110,11 @@ def known_mutants(root: Path) -> list[Mutant]:
 def drawn(count: int, seed: int, root: Path = ROOT, places: Sequence[str] = PLACES) -> list[Mutant]:
     """As many mutants of lines that are as far from each other: all such lines in a row, one of each part of it."""
     every: list[Mutant] = []
-    for path in sorted((root / "lwr_dyn").rglob("*.py")):
+    changes_of = {".py": mutants_of, ".c": mutants_of_c}
+    for path in sorted((root / "lwr_dyn").rglob("*")):
         module = path.relative_to(root / "lwr_dyn").as_posix()
-        if module.startswith(tuple(places)):
-            every += sorted(mutants_of(path, module), key=lambda x: (x.line, x.begin))
+        if path.suffix in changes_of and module.startswith(tuple(places)):
+            every += sorted(changes_of[path.suffix](path, module), key=lambda x: (x.line, x.begin))
     lines = [list(group) for _, group in groupby(every, key=lambda x: (x.module, x.line))]
     random_ = random.Random(seed)
     ends = [round(k * len(lines) / count) for k in range(count + 1)]
@@ -165,7 +167,7 @@ def fate(mutant: Mutant, root: Path, known: dict[tuple[str, str], bool]) -> Fate
     """
     path, start = root / "lwr_dyn" / mutant.module, time.perf_counter()
     source = path.read_text(encoding="utf-8")
-    files = own_tests(mutant.module.removesuffix(".py"), root / "tests")
+    files = own_tests(mutant.module.rpartition(".")[0], root / "tests")
     files += [path] if ">>> " in source else []
     for marked in MARKS:
         for tests in map(str, files):

@@ -167,9 +167,9 @@ def test_a_vague_word_is_seen(text, tmp_path):
 
 
 def long_modules(package: Path = PACKAGE) -> list[str]:
-    """Modules that are long, as `dynamics/recursion`."""
-    chosen = [path for path in modules(package) if path.name != "__init__.py" and length(path) > LONG]
-    return [path.relative_to(package).with_suffix("").as_posix() for path in chosen]
+    """Modules and texts in C that are long, as `dynamics/recursion`."""
+    every = [path for path in (*modules(package), *sorted(package.rglob("*.c"))) if path.name != "__init__.py"]
+    return [path.relative_to(package).with_suffix("").as_posix() for path in every if length(path) > LONG]
 
 
 def of_the_core(package: Path = PACKAGE) -> set[str]:
