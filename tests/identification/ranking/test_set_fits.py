@@ -89,7 +89,8 @@ def test_a_gain_is_said_where_its_standard_error_is_at_most_a_tenth(noise):
         left = train.log.tau[:, j] - X @ np.linalg.lstsq(X, train.log.tau[:, j])[0]
         error = np.sqrt(np.mean(left**2) * np.linalg.inv(X.T @ X)[-1, -1])
         assert np.isnan(gain) == (error > 0.1)
-    assert np.isnan(gains).any() == (noise == 5.0)
+    assert np.isnan(gains).any()
+    assert not np.isnan(gains).all()
 
 
 def test_a_coupled_motor_adds_the_speeds_of_the_other_joint():

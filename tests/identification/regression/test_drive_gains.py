@@ -32,6 +32,12 @@ def samples(plant, lwr, gains):
     return replace(seen, tau=gains * plant.columns.torques(seen.q, seen.dq, seen.ddq, plant.parameters) + noise)
 
 
+def without_last(samples):
+    used = samples.used.copy()
+    used[:, 6] = False
+    return replace(samples, used=used)
+
+
 def rows_of(samples, information, about):
     """W, the columns of gains, torques and noise, (m, b), (m, n), (m,), (m,) row by row."""
     columns, base = information.columns, information.base
@@ -109,17 +115,21 @@ def test_gains_and_loads_that_move_with_the_bodies_are_those_of_the_equations_of
     assert loaded.sigma == pytest.approx(np.sqrt(np.diag(known @ V[:b, :b] @ known.T)), rel=1e-3)
 
 
-def test_a_joint_without_equations_has_the_prior_s_gain_beside_shares_of_the_load(samples, plant):
-    used = samples.used.copy()
-    used[:, 6] = False
-    five = replace(samples, used=used)
-    given = information_of(five, with_load_friction(five, plant.columns))
-    freed = FreedGains.of(given, np.zeros(7), WIDTH, moving=loads_moved(five, given, given.values))
+def test_a_joint_without_equations_keeps_the_prior_s_gain(samples, plant, gains):
+    """Also beside shares of the load, and in a log without noise."""
+    six = without_last(samples)
+    given = information_of(six, with_load_friction(six, plant.columns))
+    freed = FreedGains.of(given, np.zeros(7), WIDTH, moving=loads_moved(six, given, given.values))
+    errors = freed.covariance(freed.information.covariance)
     assert np.isfinite(freed.information.values).all()
-    d = freed.steps(freed.information.values)
-    assert d[6] == pytest.approx(0.0, abs=1e-9)
-    assert freed.covariance(freed.information.covariance)[6, 6] == pytest.approx(WIDTH**2)
-    assert (np.diag(freed.covariance(freed.information.covariance))[:4] < 0.3 * WIDTH**2).all()
+    assert freed.steps(freed.information.values)[6] == pytest.approx(0.0, abs=1e-9)
+    assert errors[6, 6] == pytest.approx(WIDTH**2)
+    assert (np.diag(errors)[:4] < 0.3 * WIDTH**2).all()
+    exact = gains * plant.columns.torques(samples.q, samples.dq, samples.ddq, plant.parameters)
+    information = information_of(replace(six, tau=exact), plant.columns)
+    logs = gains_alone(information.normal, plant.columns, information.base, WIDTH)
+    assert np.ptp(logs[:6] - np.log(gains[:6])) < 1e-3
+    assert logs[6] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_gains_alone_meet_the_truth_and_leave_the_common_factor_to_the_prior(samples, plant, gains):
@@ -185,14 +195,3 @@ def test_the_volume_counts_parameters_of_bodies(samples, plant):
     covariance = np.zeros((plant.columns.count,) * 2)
     covariance[np.ix_(given.base.kept, given.base.kept)] = given.covariance
     assert volume_of(given, covariance).sum() == pytest.approx(np.sum(given.base.kept < plant.columns.bodies), rel=1e-6)
-
-
-def test_a_joint_without_equations_keeps_its_prior_and_a_log_without_noise_is_no_trouble(samples, plant, gains):
-    used = samples.used.copy()
-    used[:, 6] = False
-    exact = gains * plant.columns.torques(samples.q, samples.dq, samples.ddq, plant.parameters)
-    information = information_of(replace(samples, used=used, tau=exact), plant.columns)
-    logs = gains_alone(information.normal, plant.columns, information.base, WIDTH)
-    apart = logs[:6] - np.log(gains[:6])
-    assert np.ptp(apart) < 1e-3
-    assert logs[6] == pytest.approx(0.0, abs=1e-9)
