@@ -11,7 +11,14 @@ from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion.validation import inflation_of, residuals_of, whiteness_of
 from lwr_dyn.identification.regression import information as module
-from lwr_dyn.identification.regression.information import information_of, normal_equations, solve, widened
+from lwr_dyn.identification.regression.information import (
+    equations_of,
+    grouped,
+    information_of,
+    normal_equations,
+    solve,
+    widened,
+)
 from lwr_dyn.identification.regression.samples import SampleRule, exact_samples, sample_parts
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.coverage_study import SLOWEST, coverage_study, fresh_motions, predicted_error, torque_error
@@ -57,7 +64,21 @@ def misses(found, plant):
     return (found.values - plant.base) / found.sigma
 
 
-def test_all_numbers_are_those_of_dense_least_squares(plant, samples, information):
+@pytest.fixture(scope="module")
+def coupled():
+    """Friction at motors that drive two joints."""
+    arm, rng = lwr_dyn.load("wam7"), np.random.default_rng(11)
+    columns = TorqueColumns(arm.chain, transmission=arm.transmission)
+    own = columns.own(arm)
+    own[columns.bodies :] = rng.uniform(0.001, 0.02, columns.count - columns.bodies)
+    plant = Plant(columns, own)
+    samples = simulated_samples(plant, random_motion(arm, 10.0, rng), 0.1, rng, 0.05)
+    return plant, samples, information_of(samples, columns)
+
+
+@pytest.mark.parametrize("case", ["alone", "coupled"])
+def test_all_numbers_are_those_of_dense_least_squares(case, plant, samples, information, coupled):
+    plant, samples, information = (plant, samples, information) if case == "alone" else coupled
     W, y, values = dense(plant, samples, information.noise)
     precision = W.T @ W
     assert np.abs(information.values - values).max() < ALONG * np.abs(values).max()
@@ -89,18 +110,6 @@ def test_the_noise_of_every_joint_is_found_and_the_truth_is_within_the_intervals
     z = misses(information, plant)
     assert np.abs(z).max() < 4.0
     assert 0.5 < np.mean(z**2) < 1.7
-
-
-def test_friction_at_motors_that_drive_two_joints_is_least_squares_too():
-    arm, rng = lwr_dyn.load("wam7"), np.random.default_rng(11)
-    columns = TorqueColumns(arm.chain, transmission=arm.transmission)
-    own = columns.own(arm)
-    own[columns.bodies :] = rng.uniform(0.001, 0.02, columns.count - columns.bodies)
-    plant = Plant(columns, own)
-    samples = simulated_samples(plant, random_motion(arm, 10.0, rng), 0.1, rng, 0.05)
-    *_, values = dense(plant, samples, np.ones(7))
-    found = information_of(samples, columns, noise=np.ones(7))
-    assert np.abs(found.values - values).max() < ALONG * np.abs(values).max()
 
 
 @BOTH
@@ -145,6 +154,14 @@ def test_exact_torques_give_the_truth(plant, samples):
     assert found.values == pytest.approx(plant.base, rel=1e-8, abs=1e-9)
     assert found.noise.max() < 1e-4
     assert found.determined.all()
+
+
+def test_a_group_of_zeros_has_noise_that_others_bear():
+    rows = equations_of(np.ones((5, 2, 1)), np.array([[0.0, 1.0]] * 5), np.ones((5, 2), dtype=bool))
+    fit = grouped(rows, np.ones(2))
+    assert (fit.noise >= 1e-9).all()
+    assert np.isfinite(rows.weighted(fit.noise)[0]).all()
+    assert np.square(fit.sigma).item() > 0.0
 
 
 def test_a_joint_that_stands_still_leaves_its_own_parameters_open(lwr, plant, samples):
