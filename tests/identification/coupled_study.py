@@ -22,7 +22,6 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, with_payload
 from lwr_dyn.model.run import Motion
-from lwr_dyn.model.spatial import steiner
 from tests.identification.plants import perturbed_plant, random_motion
 
 MOTORS = {
@@ -55,11 +54,8 @@ class CoupledArm:
 
     def torque(self, motion: Motion) -> Array:
         """(k, n) [N m]."""
-        links = tuple(
-            replace(link, body=Body(pi[0], pi[1:4] / pi[0], _tensor(pi) - steiner(pi[0], pi[1:4] / pi[0])), rotor=None)
-            for link, pi in zip(self.arm.chain.links, self.bodies, strict=True)
-        )
-        chain = replace(self.arm.chain, links=links)
+        own = zip(self.arm.chain.links, self.bodies, strict=True)
+        chain = replace(self.arm.chain, links=tuple(replace(link, body=body_of(pi), rotor=None) for link, pi in own))
         bare = lwr_dyn.dynamics_of(self.arm.with_chain(chain), engine="newton-euler")
         out = np.array(bare.inverse_dynamics(motion.q, motion.dq, motion.ddq))
         for motor, joints in MOTORS[self.arm.name].items():
@@ -69,11 +65,6 @@ class CoupledArm:
             for j, r in joints.items():
                 out[:, j - 1] += r * (self.rotors[motor - 1] * rate + rub)
         return out
-
-
-def _tensor(pi: Array) -> Array:
-    xx, xy, xz, yy, yz, zz = pi[4:]
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def coupled_arm(name: str, run: int) -> CoupledArm:

@@ -280,7 +280,7 @@ def test_of_few_cut_torques_columns_are_still_tried(near, lwr):
 
 
 DEAD = {
-    "all zero": (lambda tau: 0.0 * tau, "tau1, tau2, tau3, tau4, tau5, tau6, tau7 never change (0 "),
+    "all zero": (lambda tau: 0.0 * tau, "tau1, tau2, tau3, tau4, tau5, tau6, tau7 never change (0, "),
     "all constant": (lambda tau: 0.0 * tau + 3.3, "tau1, tau2, tau3, tau4, tau5, tau6, tau7 never change (3.3, "),
     "one": (lambda tau: tau * [1, 1, 0, 1, 1, 1, 1], "tau3 never changes (0 N m or N) while the joint moved"),
 }
