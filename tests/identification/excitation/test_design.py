@@ -45,7 +45,8 @@ def _best_random(arm, columns, count):
     return min(s.d for s in scores), min(s.condition for s in scores)
 
 
-@pytest.mark.parametrize("fixture", ["designed", pytest.param("slender", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("fixture", ["designed", "slender"])
 def test_it_is_executable_at_1_khz(fixture, request, lwr):
     found = request.getfixturevalue(fixture)
     m, limits = found.sampled(1000.0), MotionLimits.of(lwr)
@@ -170,7 +171,8 @@ BAD = [
     ("starts", True, "starts: True"), ("starts", 1001, "starts: 1001"), ("seed", -1, "seed: -1"),
     ("duration", 0.0, "duration: 0.0; allowed: a time above 0 s"), ("duration", 3601.0, "duration: 3601"),
     ("duration", np.nan, "duration: nan"), ("harmonics", 1, "harmonics: 1"), ("seconds", 0.0, "seconds: 0.0"),
-    ("noise", 0.0, "noise: 0.0; allowed: above 0"), ("noise", [1.0, 2.0], "noise: shape (2,); allowed: one number, or 7"),
+    ("noise", 0.0, "noise: 0.0; allowed: above 0"),
+    ("noise", [1.0, 2.0], "noise: shape (2,); allowed: one number, or 7"),
 ]  # fmt: skip
 
 
