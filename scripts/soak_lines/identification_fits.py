@@ -104,13 +104,13 @@ def gains_and_loads_cover() -> tuple[str, bool, str]:
 def load_friction_cover() -> tuple[str, bool, str]:
     """Friction of 2 to 20 % of the load on four arms, 20 logs each: base parameters and shares inside 3 sigma."""
     from tests.identification import cover_truths as of
-    from tests.identification.load_friction_study import misses, of_shares
+    from tests.identification.gain_study import load_misses, of_shares
     from tests.identification.plants import rms
 
     lines = ["| arm | RMS miss | % inside 3 sigma | largest | shares: RMS miss | % inside |", "|---" * 6 + "|"]
     inside, spread = [], []
     for arm in ("panda", "ur10", "wam7", "iiwa14"):
-        z = misses(arm, range(of.RUNS))
+        z = load_misses(arm, range(of.RUNS))
         shares = of_shares(arm, z)
         inside += [float(np.mean(np.abs(x) <= 3.0)) for x in (z, shares)]
         spread.append(rms(z))

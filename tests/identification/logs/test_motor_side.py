@@ -1,7 +1,5 @@
 """Logs of motors through a coupled transmission."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

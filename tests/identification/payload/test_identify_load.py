@@ -1,7 +1,5 @@
 """Ten parameters of a load on a known arm or together with the arm, the body it can be, and what is said of it."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Instrumental variables on logs without a filter, by a known or a commanded motion, beside least squares."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

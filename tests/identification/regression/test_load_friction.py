@@ -12,7 +12,7 @@ from lwr_dyn.identification.regression.stribeck import stribeck_search
 from lwr_dyn.identification.regression.torque_columns import JointColumns
 from lwr_dyn.model.friction import Direction, JointFriction, friction_torque
 from lwr_dyn.model.transmission import Transmission
-from tests.identification.load_friction_study import load_plant, load_samples, misses
+from tests.identification.gain_study import load_misses, load_plant, load_samples
 from tests.identification.plants import inside, rms
 
 
@@ -79,7 +79,7 @@ def test_without_noise_the_truth_is_where_columns_and_parameters_settle(plant, p
 
 @pytest.mark.parametrize("arm", [pytest.param("panda", marks=pytest.mark.slow), "ur10"])
 def test_parameters_lie_within_three_sigma(arm):
-    z = misses(arm, range(2), 8.0)
+    z = load_misses(arm, range(2), 8.0)
     assert inside(z) > 0.97
     assert 0.75 < rms(z) < 1.25
 
@@ -87,7 +87,7 @@ def test_parameters_lie_within_three_sigma(arm):
 @pytest.mark.slow
 @pytest.mark.parametrize("arm", ["panda", "ur10"])
 def test_parameters_of_twenty_logs_lie_within_three_sigma(arm):
-    z = misses(arm, range(20))
+    z = load_misses(arm, range(20))
     assert inside(z) > 0.99
     assert 0.9 < rms(z) < 1.1
 
