@@ -20,9 +20,9 @@ from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionId
 from lwr_dyn.identification.payload.identify_load import body_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Body, with_payload
+from lwr_dyn.model.chain import Body
 from lwr_dyn.model.run import Motion
-from tests.identification.plants import perturbed_plant, random_motion
+from tests.identification.plants import of_load, perturbed_plant, random_motion
 
 MOTORS = {
     "tx40": {1: {1: 1.0}, 2: {2: 1.0}, 3: {3: 1.0}, 4: {4: 1.0}, 5: {5: 1.0}, 6: {5: 1.0, 6: 1.0}},
@@ -84,13 +84,8 @@ LOAD = body_parameters(Body(1.2, np.array([0.02, -0.01, 0.06]), np.diag([0.003, 
 
 def with_load(truth: CoupledArm) -> CoupledArm:
     """The truth with the load, through the chain."""
-    bare, body = truth.arm.chain, body_of(LOAD)
-    full = with_payload(bare, body.mass, body.com, body.inertia_com).links[-1].body
-    own = bare.links[-1].body
-    assert full is not None
-    assert own is not None
-    bodies = truth.bodies.copy()
-    bodies[-1] += body_parameters(full) - body_parameters(own)
+    body, bodies = body_of(LOAD), truth.bodies.copy()
+    bodies[-1] += of_load(truth.arm.chain, body.mass, body.com, body.inertia_com)
     return replace(truth, bodies=bodies)
 
 

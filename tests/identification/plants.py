@@ -11,14 +11,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import expm, null_space
 
-from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.dynamics.regressor import INERTIAL, body_parameters
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.regression.samples import Samples, exact_samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Chain, with_payload
 from lwr_dyn.model.inertial_parameters import inertial_parameters, pseudo_inertias
 from lwr_dyn.model.run import Motion
 
@@ -133,6 +135,13 @@ def simulated_log(
     q = motion.q + rng.normal(size=motion.q.shape) * encoder
     joints = tuple(range(1, motion.q.shape[1] + 1))
     return JointLog(source, joints, motion.t, q, exact + rng.normal(size=exact.shape) * noise)
+
+
+def of_load(chain: Chain, mass: float, com: ArrayLike, tensor: Array | None = None) -> Array:
+    """What a load at the flange adds to the ten parameters of the last link, through the chain itself."""
+    bodies = [x.links[-1].body for x in (with_payload(chain, mass, com, tensor), chain)]
+    full, own = (body_parameters(body) for body in bodies if body is not None)
+    return np.asarray(full - own)
 
 
 def rms(values: Array) -> float:

@@ -58,3 +58,16 @@ def true_values(arm: Arm, joint: int, sign: int, names: tuple[str, ...]) -> Arra
         return np.full(len(names), np.nan)
     direction = model.positive if sign > 0 else model.negative
     return np.array([np.nan if (value := getattr(direction, name)) is None else value for name in names])
+
+
+def fourier_states(n: int, seconds: float, seed: int, joints: Sequence[int] | None = None) -> tuple[Array, ...]:
+    """t, q, dq, ddq at 100 Hz of five harmonics of 0.1 Hz at every one of n joints, or at some (from 0)."""
+    rng = np.random.default_rng(seed)
+    t, w = np.arange(0.0, seconds, 0.01), 2 * np.pi * 0.1 * np.arange(1, 6)
+    size, phase = rng.normal(0.0, 0.25, (5, n)), rng.uniform(0.0, 6.0, (5, n))
+    if joints is not None:
+        size[:, [j for j in range(n) if j not in joints]] = 0.0
+    angle = w[:, None, None] * t[:, None] + phase[:, None, :]
+    q = np.einsum("ij,ikj->kj", size, np.sin(angle))
+    dq = np.einsum("ij,ikj->kj", size * w[:, None], np.cos(angle))
+    return t, q, dq, -np.einsum("ij,ikj->kj", size * w[:, None] ** 2, np.sin(angle))

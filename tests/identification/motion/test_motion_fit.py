@@ -15,8 +15,9 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion.identifiable import NOT_DETERMINED, cell_origins, parameter_states
 from lwr_dyn.identification.motion.motion_fit import identify_motion, likeliest_samples
 from lwr_dyn.identification.motion.motion_result import MotionRule, motion_document
+from lwr_dyn.identification.regression.information import normal_equations
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, student_factor
-from lwr_dyn.identification.regression.samples import SampleRule, samples_of
+from lwr_dyn.identification.regression.samples import SampleRule, exact_samples, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.transmission import Transmission
 from tests.identification.model_study import swing_of
@@ -224,6 +225,26 @@ def test_a_contradiction_by_a_log_without_noise_says_so_and_what_to_do(lwr, reco
     loud = identify_motion([recorded()], lwr, MotionRule(deviation=0.003))
     assert loud.contradiction
     assert "no noise" not in loud.contradiction
+
+
+def test_the_swing_that_is_named_promises_what_its_columns_say(lwr, recorded):
+    """Sigma with 10 s of it at 100 Hz, as loud as the log, beside the log: of no more than half."""
+    short = identify_motion([recorded(2.0, noise=0.5)], lwr)
+    said = short.information
+    for motion in short.missing_motions():
+        m = swing_of(motion, 100.0)
+        limit = 0.1 * np.abs(m.dq).max()
+        samples = exact_samples(m.t, m.q, m.dq, m.ddq, np.zeros(m.q.shape), limit)
+        more, _ = normal_equations(samples, said.columns, said.base).weighted(said.noise)
+        sigma = np.sqrt(np.diag(np.linalg.inv(said.precision + more)))[list(motion.parameters)]
+        assert motion.sigma == pytest.approx(sigma, rel=0.05)
+        assert motion.before == pytest.approx(said.sigma[list(motion.parameters)])
+        assert (sigma < 0.5 * 1.05 * np.array(motion.before)).all()
+        reach = np.minimum(0.5, (lwr.upper - lwr.lower) / 4)
+        speed = 2 * np.pi * np.array(motion.hertz) * motion.amplitudes
+        joints = np.array(motion.joints) - 1
+        assert (motion.amplitudes <= reach[joints] + 1e-12).all()
+        assert (speed <= 0.8 * lwr.velocity[joints] + 1e-12).all()
 
 
 @pytest.mark.slow

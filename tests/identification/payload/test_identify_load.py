@@ -174,9 +174,7 @@ def test_the_load_is_a_body_and_a_slow_motion_says_which_numbers_it_does_not_sho
 
 
 def test_a_point_mass_without_noise_is_found_at_the_edge_of_what_bodies_are(known):
-    full = Plant(known.columns, known.parameters.copy())
-    chain = with_payload(ARM.chain, 1.5, (0.0, 0.02, 0.06))
-    full.parameters[60:70] += body_parameters(chain.links[-1].body) - body_parameters(ARM.chain.links[-1].body)
+    full = loaded(known, (1.5, (0.0, 0.02, 0.06)))
     exact = {"noise": 0.0, "encoder": 0.0}
     found = identify_load(logs_of(full, 3, **exact), ARM, RULES[:1], unloaded=logs_of(known, 4, **exact))
     load = possible_load(found)
