@@ -7,7 +7,12 @@ import pytest
 
 from lwr_dyn.identification.regression.drive_gains import FreedGains, gains_alone, volume_of
 from lwr_dyn.identification.regression.information import information_of
-from lwr_dyn.identification.regression.load_friction import load_indices, loads_moved, with_load_friction
+from lwr_dyn.identification.regression.load_friction import (
+    load_indices,
+    loads_moved,
+    with_load_friction,
+    with_moving_loads,
+)
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
 
@@ -88,6 +93,7 @@ def test_gains_are_those_of_the_equations_of_both_written_out(samples, plant, mo
     alone = np.linalg.inv(M[:b, :b])
     assert sure.sigma == pytest.approx(np.sqrt(np.diag(alone @ V[:b, :b] @ alone.T)), rel=1e-3)
     if moving:
+        assert with_moving_loads(samples, given).sigma == pytest.approx(sure.sigma, rel=1e-3)
         still = FreedGains.of(given, taken, WIDTH, about)
         assert np.abs(still.information.sigma / sigma[:b] - 1.0).max() > 0.05
         whole = np.zeros(columns.count)

@@ -92,29 +92,6 @@ def test_parameters_of_twenty_logs_lie_within_three_sigma(arm):
     assert 0.9 < rms(z) < 1.1
 
 
-def test_errors_are_those_of_torques_whose_load_moves_with_the_bodies(plain, samples):
-    """The slope of the equations X^T S (tau - f(b)) by differences of f."""
-    columns = with_load_friction(samples, plain)
-    found = information_of(samples, columns)
-    X = columns(samples.q, samples.dq, samples.ddq)[:, :, found.base.kept]
-
-    def torques(values):
-        whole = np.zeros(columns.count)
-        whole[found.base.kept] = values
-        at = replace(columns, carried=whole[columns.table_indices])
-        return at.torques(samples.q, samples.dq, samples.ddq, whole)
-
-    h = 1e-6
-    J = np.stack([(torques(found.values + e) - torques(found.values - e)) / (2 * h)
-                  for e in h * np.eye(found.base.count)], axis=2)  # fmt: skip
-    weight = samples.used / np.square(found.noise)
-    M, F = (np.einsum("kjb,kj,kjc->bc", X, weight, one) for one in (J, X))
-    inverse = np.linalg.inv(M)
-    wanted = np.sqrt(np.diag(inverse @ F @ inverse.T))
-    assert with_moving_loads(samples, found).sigma == pytest.approx(wanted, rel=1e-3)
-    assert np.abs(found.sigma / wanted - 1.0).max() > 0.05
-
-
 @pytest.mark.parametrize("form", ["directions", "symmetric"])
 def test_the_share_stands_between_levels_and_stribeck_drops(form):
     joint, side = JointColumns(form, (0.1,), load=True), Direction(0.5, 0.2, 0.8, 0.1)
