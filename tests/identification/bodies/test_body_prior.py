@@ -137,17 +137,23 @@ def test_equations_are_read_and_other_texts_and_names_refused(columns):
     assert len(wrong.value.known) <= 8 < len(columns.names)
 
 
-def test_a_body_that_cannot_be_is_raised_to_the_nearest_thin_one(lwr, columns):
+def test_a_body_that_cannot_be_is_raised_to_the_nearest_thin_one_and_what_lacks_is_guessed(lwr, columns):
     table = columns.own(lwr).copy()
-    thin, absent = slice(20, 30), slice(30, 40)
+    thin, absent, first, second = slice(20, 30), slice(30, 40), columns.of_joint(0), columns.of_joint(1)
     table[thin] = [2.0, 0, 0, 0, 0.02, 0, 0, 0.02, 0, 0.05]  # Izz exceeds Ixx + Iyy: P has -0.005 in z
-    table[absent] = 0.0
+    table[absent], table[columns.rotor_indices[4]] = 0.0, 0.0
+    table[first.start + 1 : first.stop] = 10.0, 4.0, 0.2  # Coulomb, viscous, offset
     found = body_prior(columns, table)
     assert found.lifted == (3, 4)
     m, *_, Ixx, _, _, Iyy, _, Izz = found.table[thin]
     # P is diag(.025, .025, -.005, 2); in units of 0.1 m the largest is 2.5, so z rises to 2.5e-3 x 0.01
     assert (m, Ixx, Iyy, Izz) == pytest.approx((2.0, 0.025 + 2.5e-5, 0.025 + 2.5e-5, 0.05), rel=1e-9)
-    masses = table[: columns.bodies : 10]
-    lightest = 0.01 * masses.sum()
+    lightest = 0.01 * table[: columns.bodies : 10].sum()
     assert found.table[absent][0] == pytest.approx(lightest)
     assert found.table[absent][[4, 7, 9]] == pytest.approx([lightest * 0.01 / 5.0] * 3)
+    outward = found.table[: columns.bodies].reshape(7, 10)[:, [4, 7, 9]].mean(axis=1)[::-1].cumsum()[::-1]
+    guess = 0.1 * np.sqrt(outward[4] * outward.mean())
+    assert found.table[columns.rotor_indices[4]] == pytest.approx(guess)
+    assert found.unknown_rotors.tolist() == [j == 4 for j in range(7)]
+    assert found.spread[first.start + 1 : first.stop].tolist() == [3.0, 1.2, 1.0]  # 30 %, 30 %, 10 % of Coulomb's
+    assert found.spread[second.start + 1 : second.stop].tolist() == [10.0] * 3  # no friction in the table

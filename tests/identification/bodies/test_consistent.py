@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
@@ -32,10 +33,16 @@ def known(lwr, columns):
     return informed(lwr, columns)
 
 
-def test_derivatives_of_the_distance_are_those_of_differences(lwr, columns):
+def test_the_distance_is_that_of_log_det_and_its_derivatives_those_of_differences(lwr, columns):
     prior = body_prior(columns, columns.own(lwr))
     at = perturbed_plant(columns, lwr, np.random.default_rng(2)).parameters
     slope, curvature = prior.derivatives(at, 7.0)
+    links, table = (pseudo_inertias(x[: columns.bodies].reshape(-1, 10)) for x in (at, prior.table))
+    ratio, rotors = np.linalg.solve(table, links), at[prior.rotors] / prior.table[prior.rotors]
+    bodies = np.trace(ratio, axis1=1, axis2=2) - np.linalg.slogdet(ratio)[1] - 4.0
+    friction = ((at - prior.table) / prior.spread)[prior.friction]
+    wanted = 7.0 * (bodies.sum() + (rotors - np.log(rotors) - 1.0).sum()) + 0.5 * friction @ friction
+    assert prior.distance(at, 7.0) == pytest.approx(wanted)
     assert np.abs(prior.derivatives(prior.table, 7.0)[0]).max() < 1e-9
     assert prior.distance(prior.table, 7.0) == pytest.approx(0.0, abs=1e-10)
     for k, step in enumerate(np.diag(1e-5 * prior.units)):
@@ -98,15 +105,25 @@ def test_constraints_hold_and_the_price_is_what_is_said(known, lwr, columns):
 
 
 def test_bodies_of_another_arm_are_refused(known, lwr, columns):
-    """A mass of link 7 that is 40 standard errors of a base parameter off; the truth itself is not refused."""
+    """A mass of link 7 that is 40 standard errors of a base parameter off; the truth itself is not refused.
+
+    Chance: that of the largest pull (Bonferroni) or that of chi^2, the smaller one doubled.
+    """
     plant, information = known
-    assert not Price.of(information, plant.parameters).refused
-    off = plant.parameters.copy()
-    off[columns.names.index("mx_7")] += 40.0 * information.sigma.min()
-    price = Price.of(information, off)
-    assert price.refused
-    assert price.pull > 5.0
-    assert "mx_7" in information.base.statements()[price.parameter]
+    other = plant.parameters.copy()
+    other[columns.names.index("mx_7")] += 40.0 * information.sigma.min()
+    of_joints, count = information.normal.matrices, information.equations
+    for parameters, refused in ((plant.parameters, False), (other, True)):
+        price, off = Price.of(information, parameters), information.base.of(parameters) - information.values
+        pulls = np.abs(off) / information.sigma
+        assert (price.parameter, price.pull) == (pulls.argmax(), pytest.approx(pulls.max()))
+        assert price.chi2 == pytest.approx(off @ information.precision @ off)
+        moved = [np.sqrt(off @ M @ off / k) for M, k in zip(of_joints, count, strict=True)]
+        assert price.rms == pytest.approx(moved)
+        chances = 2.0 * off.size * stats.norm.sf(pulls.max()), stats.chi2.sf(price.chi2, off.size)
+        assert price.probability == pytest.approx(min(1.0, 2.0 * min(chances)))
+        assert price.refused == (price.probability < 1e-3) == refused
+    assert (price.pull > 5.0, "mx_7" in information.base.statements()[price.parameter]) == (True, True)
 
 
 def test_a_log_that_says_nothing_leaves_the_table_and_the_usual_scales(lwr, columns):

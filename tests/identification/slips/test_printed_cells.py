@@ -1,5 +1,6 @@
 """The cells of a table: what they stand for, what motions show of them, how far an arm may be; their slips undone."""
 
+import re
 from collections import Counter
 from dataclasses import replace
 
@@ -132,6 +133,14 @@ def test_cells_and_columns_are_slipped_by_signs_points_and_units(full):
     assert cells == {("sign", -1.0): 7 * 9, **wanted, ("gear ratio", 0): 4 * np.count_nonzero(ratio != 1.0)}
     texts = [repair.text for repair in of_columns(full)]
     assert len(set(texts)) == len(texts) == 2 + 6 + 12 + 10 + 1 + 2 * 8 + 7
+    for repair in of_columns(full):
+        if repair.kind == "column":  # units are confused both ways
+            column, factor = re.fullmatch(r"(\w+) of all links times (\S+)", repair.text).groups()
+            assert f"{column} of all links times {1.0 / float(factor):g}" in texts
+            assert {cell.column for cell in repair.cells} == {column}
+            for cell in full.cells:
+                changed = repair.table.value(cell) / full.value(cell)
+                assert changed == pytest.approx(float(factor) if cell.column == column else 1.0)
 
 
 @pytest.mark.parametrize("reading", ["printed", "physical"])
