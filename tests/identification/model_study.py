@@ -15,10 +15,11 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion.identifiable import SECONDS, MissingMotion
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import MotionIdentification
+from lwr_dyn.identification.motion.validation import rms
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import friction_torque
-from tests.identification.plants import Motion, Plant, perturbed_plant, random_motion, rms, simulated_log
+from tests.identification.plants import Motion, Plant, perturbed_plant, random_motion, simulated_log
 
 
 @dataclass(frozen=True, slots=True, eq=False)
