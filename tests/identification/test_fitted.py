@@ -107,6 +107,8 @@ def test_numbers_have_kind_error_and_logs_with_digests(lwr, folder):
 
 def test_errors_of_centres_of_mass_are_those_of_draws(lwr):
     values, result = fitted.fitted_values(lwr[0]), lwr[0]
+    assert values.where == "fitted to moves.csv; digests in [document]"
+    assert values.covered == pytest.approx(np.where(result.samples.used, np.abs(result.samples.dq), 0.0).max(axis=0))
     root = np.linalg.cholesky(result.consistent.covariance[30:34, 30:34])
     draws = result.consistent.parameters[30:34] + np.random.default_rng(0).normal(size=(4000, 4)) @ root.T * 0.1
     assert (draws[:, 1:] / draws[:, :1]).std(axis=0) == pytest.approx(0.1 * values.com.sigma[3], rel=0.06)
