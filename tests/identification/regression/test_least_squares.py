@@ -52,7 +52,8 @@ def test_a_robust_fit_bounds_what_an_outlier_says():
 
 def test_columns_determine_parameters_or_do_not():
     twice = np.column_stack([X, 2.0 * X[:, 1]])
-    assert [has_full_rank(A) for A in (X, X * [1.0, 1e-14], twice, X[:1], X * [1.0, 0.0])] == [True, True, *[False] * 3]
+    wide = (X, X[:2], X * [1.0, 1e-14], twice, X[:1], X * [1.0, 0.0])
+    assert [has_full_rank(A) for A in wide] == [True] * 3 + [False] * 3
     whole, pi = np.column_stack([twice, np.zeros(12)]), np.array([1.0, -2.0, 0.5, 9.0])
     base = base_parameters(whole, "abcd")
     assert whole[:, base.kept] @ base.of(pi) == pytest.approx(whole @ pi)
