@@ -9,7 +9,7 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.simulated_logs import cruise_logs
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.friction import friction_torque
-from tests.identification.simulated import ideal_cruise
+from tests.identification.simulated import fourier_states, ideal_cruise
 
 SPEEDS = (0.06, 0.09, 0.13, 0.18, 0.25)
 START = np.array([0.0, -1.2, 0.0, 1.6, 0.0, 0.2, 0.0])
@@ -53,15 +53,6 @@ def fourier():
 
 def _fourier(arm, friction, seconds=20.0, seed=1, joints=None):
     """A log of five harmonics of 0.1 Hz at every joint, its torques exact."""
-    rng = np.random.default_rng(seed)
-    t = np.arange(0.0, seconds, 0.01)
-    w = 2 * np.pi * 0.1 * np.arange(1, 6)
-    size, phase = rng.normal(0.0, 0.25, (5, arm.n)), rng.uniform(0.0, 6.0, (5, arm.n))
-    if joints is not None:
-        size[:, [j for j in range(arm.n) if j not in joints]] = 0.0
-    angle = w[:, None, None] * t[:, None] + phase[:, None, :]
-    q = np.einsum("ij,ikj->kj", size, np.sin(angle))
-    dq = np.einsum("ij,ikj->kj", size * w[:, None], np.cos(angle))
-    ddq = -np.einsum("ij,ikj->kj", size * w[:, None] ** 2, np.sin(angle))
+    t, q, dq, ddq = fourier_states(arm.n, seconds, seed, joints)
     tau = lwr_dyn.dynamics_of(arm, "newton-euler").inverse_dynamics(q, dq, ddq) + friction_torque(friction, dq)
     return JointLog("fourier", tuple(range(1, arm.n + 1)), t, q, tau)

@@ -20,10 +20,9 @@ from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionId
 from lwr_dyn.identification.payload.identify_load import body_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Body, with_payload
+from lwr_dyn.model.chain import Body
 from lwr_dyn.model.run import Motion
-from lwr_dyn.model.spatial import steiner
-from tests.identification.plants import perturbed_plant, random_motion
+from tests.identification.plants import of_load, perturbed_plant, random_motion
 
 MOTORS = {
     "tx40": {1: {1: 1.0}, 2: {2: 1.0}, 3: {3: 1.0}, 4: {4: 1.0}, 5: {5: 1.0}, 6: {5: 1.0, 6: 1.0}},
@@ -55,11 +54,8 @@ class CoupledArm:
 
     def torque(self, motion: Motion) -> Array:
         """(k, n) [N m]."""
-        links = tuple(
-            replace(link, body=Body(pi[0], pi[1:4] / pi[0], _tensor(pi) - steiner(pi[0], pi[1:4] / pi[0])), rotor=None)
-            for link, pi in zip(self.arm.chain.links, self.bodies, strict=True)
-        )
-        chain = replace(self.arm.chain, links=links)
+        own = zip(self.arm.chain.links, self.bodies, strict=True)
+        chain = replace(self.arm.chain, links=tuple(replace(link, body=body_of(pi), rotor=None) for link, pi in own))
         bare = lwr_dyn.dynamics_of(self.arm.with_chain(chain), engine="newton-euler")
         out = np.array(bare.inverse_dynamics(motion.q, motion.dq, motion.ddq))
         for motor, joints in MOTORS[self.arm.name].items():
@@ -69,11 +65,6 @@ class CoupledArm:
             for j, r in joints.items():
                 out[:, j - 1] += r * (self.rotors[motor - 1] * rate + rub)
         return out
-
-
-def _tensor(pi: Array) -> Array:
-    xx, xy, xz, yy, yz, zz = pi[4:]
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def coupled_arm(name: str, run: int) -> CoupledArm:
@@ -93,13 +84,8 @@ LOAD = body_parameters(Body(1.2, np.array([0.02, -0.01, 0.06]), np.diag([0.003, 
 
 def with_load(truth: CoupledArm) -> CoupledArm:
     """The truth with the load, through the chain."""
-    bare, body = truth.arm.chain, body_of(LOAD)
-    full = with_payload(bare, body.mass, body.com, body.inertia_com).links[-1].body
-    own = bare.links[-1].body
-    assert full is not None
-    assert own is not None
-    bodies = truth.bodies.copy()
-    bodies[-1] += body_parameters(full) - body_parameters(own)
+    body, bodies = body_of(LOAD), truth.bodies.copy()
+    bodies[-1] += of_load(truth.arm.chain, body.mass, body.com, body.inertia_com)
     return replace(truth, bodies=bodies)
 
 

@@ -5,7 +5,6 @@ Logs have exact states; their torques go the whole way of `identify motion`, fro
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -14,13 +13,14 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.bodies.body_prior import body_prior
-from lwr_dyn.identification.bodies.consistent import ConsistentFit, consistent_fit
+from lwr_dyn.identification.bodies.consistent import consistent_fit
 from lwr_dyn.identification.motion.motion_fit import said_by
 from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION
 from lwr_dyn.identification.motion.validation import Folds
 from lwr_dyn.identification.regression.samples import Samples, exact_samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification import cover_truths as of
+from tests.identification.plants import inside, rms
 
 KINDS = {
     "masses": "m_", "centres": ("mx_", "my_", "mz_"), "moments": ("Ixx", "Iyy", "Izz"),
@@ -33,51 +33,38 @@ SLOWEST = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cell:
-    """Of some logs: misses in standard errors (runs, p) of bodies, rotors, friction; of base parameters (runs, b)."""
+    """Of some logs: misses in standard errors (runs, p) of bodies, rotors, friction."""
 
     names: tuple[str, ...]
     misses: Array
     sigma: Array
     """(runs, p)"""
-    base: Array
     held_out: Array
     """(runs,) RMS torque error on a motion without noise that no fit saw [N m]."""
-    seconds: float
-    """Processor time of a fit."""
-    pulls: Array
-    """(runs,) furthest base parameter of the bodies from that of least squares [standard errors]."""
     refused: int
 
     def of_kind(self, kind: str) -> tuple[float, float, float, float]:
         """RMS miss, share inside 3 sigma, largest miss, median plus-minus."""
         places = [i for i, name in enumerate(self.names) if name.startswith(KINDS[kind])]
         z = self.misses[:, places]
-        inside = float(np.mean(np.abs(z) <= 3.0))
-        return rms(z), inside, float(np.abs(z).max()), float(np.median(self.sigma[:, places]))
+        return rms(z), inside(z), float(np.abs(z).max()), float(np.median(self.sigma[:, places]))
 
     @property
     def inside(self) -> float:
         """Share of all plus-minus of 3 sigma that hold the truth."""
-        return float(np.mean(np.abs(self.misses) <= 3.0))
+        return inside(self.misses)
 
     def row(self) -> str:
         """RMS miss / % inside 3 sigma / largest, of each kind."""
         kinds = (self.of_kind(kind) for kind in KINDS)
-        return " | ".join(f"{z:.2f} {100 * inside:.1f} {most:.1f}" for z, inside, most, _ in kinds)
-
-
-def rms(values: Array) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
+        return " | ".join(f"{z:.2f} {100 * share:.1f} {most:.1f}" for z, share, most, _ in kinds)
 
 
 def cover_cell(arm: str, truth: str, noise: str, runs: Iterable[int]) -> Cell:
     """Fits of one arm's logs, a truth and a noise a run."""
-    columns, _ = case(arm)
-    rows = [_run(arm, truth, noise, run) for run in runs]
-    misses, sigma, base, held_out, seconds, pulls, refused = (list(x) for x in zip(*rows, strict=True))
-    return Cell(tuple(columns.names), np.array(misses), np.array(sigma), np.array(base), np.array(held_out),
-                float(np.mean(seconds)), np.array(pulls), sum(refused))  # fmt: skip
+    rows = zip(*[_run(arm, truth, noise, run) for run in runs], strict=True)
+    misses, sigma, held_out, refused = (np.array(x) for x in rows)
+    return Cell(tuple(case(arm)[0].names), misses, sigma, held_out, int(refused.sum()))
 
 
 def cover_log(arm: str, truth: str, noise: str, run: int) -> tuple[Array, Samples]:
@@ -90,25 +77,18 @@ def cover_log(arm: str, truth: str, noise: str, run: int) -> tuple[Array, Sample
     return true, exact_samples(motion.t, motion.q, motion.dq, motion.ddq, tau, SLOWEST)
 
 
-def cover_fit(arm: str, samples: Samples) -> tuple[Folds, ConsistentFit]:
-    """As `identify motion` does it."""
-    columns, _ = case(arm)
-    folds = Folds.of(samples, columns, DEFAULT_MOTION.folds, samples.used)
-    return folds, consistent_fit(said_by(folds)[0], columns.own(of.cover_arm(arm)))
+def folds_of(arm: str, samples: Samples, columns: TorqueColumns | None = None) -> Folds:
+    """As `identify motion` makes them."""
+    return Folds.of(samples, columns or case(arm)[0], DEFAULT_MOTION.folds, samples.used)
 
 
 def _run(arm: str, truth: str, noise: str, run: int) -> Sequence[object]:
     true, samples = cover_log(arm, truth, noise, run)
-    columns, _ = case(arm)
-    folds = Folds.of(samples, columns, DEFAULT_MOTION.folds, samples.used)
-    information, _ = said_by(folds)
-    start = time.process_time()
-    fit = consistent_fit(information, columns.own(of.cover_arm(arm)))
-    seconds = time.process_time() - start
+    information, _ = said_by(folds_of(arm, samples))
+    fit = consistent_fit(information, case(arm)[0].own(of.cover_arm(arm)))
     _, Y = _motion(arm, run % of.MOTIONS, True)
     away = fit.parameters - true
-    base = (information.values - information.base.of(true)) / information.sigma
-    return away / fit.sigma, fit.sigma, base, rms(Y @ away), seconds, fit.price.pull, fit.price.refused
+    return away / fit.sigma, fit.sigma, rms(Y @ away), fit.price.refused
 
 
 @cache

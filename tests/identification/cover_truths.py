@@ -28,6 +28,7 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.inertial_parameters import inertial_parameters, pseudo_inertias
 from lwr_dyn.model.run import Motion
+from tests.identification.plants import congruent
 from tests.random_arms import random_arm
 
 _DESCRIBED = Path(pinocchio.__file__).parents[4] / "share" / "example-robot-data" / "robots"
@@ -128,12 +129,6 @@ def cover_truth(arm: Arm, columns: TorqueColumns, table: Array, truth: str, rng:
                 drawn = own[k] * np.exp(rng.normal(0.0, 0.3)) if own[k] > 0.0 else rng.uniform(0.4, 3.0)
                 out[k] = drawn if own[k] > 0.0 or j < 4 else 0.4 * drawn
     return out
-
-
-def congruent(link: Array, rng: np.random.Generator, level: float = 0.1) -> Array:
-    L = np.linalg.cholesky(pseudo_inertias(link))
-    S = rng.normal(0.0, level / np.sqrt(2.0), (4, 4))
-    return inertial_parameters(L @ expm((S + S.T) / np.sqrt(2.0)) @ L.T)
 
 
 def moved(link: Array, kind: Natural, rng: np.random.Generator) -> Array:

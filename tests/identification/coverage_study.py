@@ -1,68 +1,88 @@
-"""Many fits of logs with a known truth: how often intervals of 3 sigma hold it, and whether a parameter leans."""
+"""Many fits of logs with a known truth: how often sigma holds it, and what is left of torques on unseen motions."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.identification.regression.information import information_of
+from lwr_dyn.identification.regression.information import Information, information_of
 from lwr_dyn.identification.regression.samples import SampleRule, samples_of
+from lwr_dyn.identification.regression.stribeck import stribeck_search
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
-from tests.identification.plants import Motion, Plant, perturbed_plant, random_motion, simulated_log
+from tests.identification.plants import Motion, Plant, perturbed_plant, random_motion, rms, simulated_log
 
-ENCODER = 1e-5
-"""White noise of the positions [rad], at 1 kHz."""
-NOISE = 0.1
-"""Of the torques [N m]."""
-SECONDS, RATE = 10.0, 1000.0
-MOTION_SEED = 1
+NOISE, ENCODER = 0.1, 1e-5
+"""[N m], [rad] at 1 kHz"""
 SLOWEST = 0.05
 """[rad/s]"""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Coverage:
-    """Misses in standard errors, (draws, b), and chi^2 about the truth over the number of parameters, (draws,)."""
-
-    misses: Array
-    chi2: Array
-
-    @property
-    def share(self) -> float:
-        """Of all intervals of 3 sigma, how many hold the truth."""
-        return float(np.mean(np.abs(self.misses) <= 3.0))
-
-    @property
-    def bias(self) -> Array:
-        """Mean miss of every parameter [sigma], (b,); its own noise is 1 / sqrt(draws)."""
-        return np.asarray(self.misses.mean(axis=0))
+STRIBECK = 0.05
+"""v_s of every joint [rad/s]; the drop is 30 % of Coulomb friction."""
+SECONDS = 10.0
 
 
 def coverage_study(
-    arm: Arm, draws: Iterable[int], rule: SampleRule | None = None, encoder: float = ENCODER, noise: float = NOISE
-) -> Coverage:
-    """Fits of one plant and one motion, its noise drawn anew for every seed: standard deviations [rad, N m].
+    arm: Arm, draws: Iterable[int], rule: SampleRule = SampleRule(slowest=SLOWEST)  # noqa: B008
+) -> tuple[Array, Array]:  # fmt: skip
+    """Fits of one plant and one motion, its noise drawn anew for every seed.
 
-    Without a rule samples are at 20 Hz, every 10 ms, above `SLOWEST`.
+    Misses in standard errors, (draws, b), and chi^2 about the truth over the number of parameters, (draws,).
     """
-    plant, motion = case(arm)
-    tau = plant.torque(motion)
-    chosen = rule or SampleRule(slowest=SLOWEST)
-    fits = []
-    for seed in draws:
-        log = simulated_log(plant, motion, noise, np.random.default_rng([seed, 28]), encoder, tau=tau)
-        fits.append(information_of(samples_of([log], chosen), plant.columns))
-    away = np.array([fit.values - plant.base for fit in fits])
-    chi2 = np.array([a @ fit.precision @ a for a, fit in zip(away, fits, strict=True)]) / away.shape[1]
-    return Coverage(away / np.array([fit.sigma for fit in fits]), chi2)
-
-
-def case(arm: Arm) -> tuple[Plant, Motion]:
-    """The plant and its motion."""
-    rng = np.random.default_rng(MOTION_SEED)
+    rng = np.random.default_rng(1)
     plant = perturbed_plant(TorqueColumns(arm.chain), arm, rng)
-    return plant, random_motion(arm, SECONDS, rng, RATE)
+    motion, z, chi2 = random_motion(arm, SECONDS, rng, 1000.0), [], []
+    tau = plant.torque(motion)
+    for seed in draws:
+        log = simulated_log(plant, motion, NOISE, np.random.default_rng([seed, 28]), ENCODER, tau=tau)
+        fit = information_of(samples_of([log], rule), plant.columns)
+        away = fit.values - plant.base
+        z.append(away / fit.sigma)
+        chi2.append(away @ fit.precision @ away / away.size)
+    return np.array(z), np.array(chi2)
+
+
+def fresh_motions(arm: Arm) -> list[Motion]:
+    """Six random motions inside the limits, the same every time."""
+    return [random_motion(arm, SECONDS, np.random.default_rng([9, i]), 50.0) for i in range(6)]
+
+
+def torque_error(plant: Plant, information: Information, motions: Iterable[Motion], slowest: float = 0.0) -> float:
+    """RMS over joints and instants, where a joint is faster than `slowest` [rad/s], of what the fit misses [N m]."""
+    misses: list[Array] = []
+    for motion in motions:
+        Y = information.columns(motion.q, motion.dq, motion.ddq)[:, :, information.base.kept]
+        misses.append((Y @ information.values - plant.torque(motion))[np.abs(motion.dq) > slowest])
+    return rms(np.concatenate(misses))
+
+
+def predicted_error(information: Information, motions: Iterable[Motion]) -> float:
+    """What the covariance of a fit says of that error [N m]: sqrt of the mean of diag(Y C Y^T)."""
+    variances = []
+    for motion in motions:
+        Y = information.columns(motion.q, motion.dq, motion.ddq)[:, :, information.base.kept]
+        variances.append(np.einsum("kjb,bc,kjc->kj", Y, information.covariance, Y, optimize=True))
+    return float(np.sqrt(np.mean(variances)))
+
+
+def fresh_errors(arm: Arm, motion: Motion, plants: Iterable[int]) -> Array:
+    """Torque errors over the noise (plants, 3), fitted to logs of one motion at 1 kHz.
+
+    Friction without a Stribeck drop, all speeds; with one and without its column, fitted and judged beyond three v_s;
+    with one and its column found by search, all speeds.
+    """
+    fresh, smooth, steep = fresh_motions(arm), TorqueColumns(arm.chain), np.full(arm.n, STRIBECK)
+    rows, beyond = [], 3.0 * STRIBECK
+    for seed in plants:
+        rng = np.random.default_rng([seed, 1])
+        one = perturbed_plant(smooth, arm, rng)
+        plain = information_of(samples_of([simulated_log(one, motion, NOISE, rng, ENCODER)]), smooth)
+        two = perturbed_plant(TorqueColumns(arm.chain, "symmetric", steep), arm, rng)
+        log = simulated_log(two, motion, NOISE, rng, ENCODER)
+        outside = information_of(samples_of([log], SampleRule(slowest=beyond)), smooth)
+        column = stribeck_search(samples_of([log], SampleRule(slowest=0.01)), smooth).information
+        rows.append([
+            torque_error(one, plain, fresh), torque_error(two, outside, fresh, beyond), torque_error(two, column, fresh)
+        ])  # fmt: skip
+    return np.array(rows) / NOISE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
@@ -26,19 +27,15 @@ class Recognised:
     planted: int = 0
     right: int = 0
     wrong: int = 0
-    logs: int = 0
     alarms: int = 0
-    missed: dict[str, int] = field(default_factory=dict)
+    missed: Counter[str] = field(default_factory=Counter)
 
     @property
     def text(self) -> str:
         """The counts, and what was missed most."""
-        most = sorted(self.missed.items(), key=lambda pair: -pair[1])[:6]
-        listed = ", ".join(f"{name} ({count})" for name, count in most)
-        return (
-            f"{self.right} of {self.planted} recognised, {self.wrong} misnamed, {self.alarms} false alarms in "
-            f"{self.logs} whole logs; not recognised: {listed}"
-        )
+        listed = ", ".join(f"{name} ({count})" for name, count in self.missed.most_common(6))
+        said = f"{self.right} of {self.planted} recognised, {self.wrong} misnamed, {self.alarms} false alarms"
+        return f"{said}; not recognised: {listed}"
 
 
 def slips(n: int) -> Iterator[tuple[str, Array, Array]]:
@@ -57,7 +54,6 @@ def recognised(name: str, reading: str | None, plants: int, each: int, seed: int
     for _ in range(plants):
         plant = perturbed_plant(columns, arm, rng, LEVEL)
         log = simulated_log(plant, random_motion(arm, SECONDS, rng), NOISE, rng, encoder=ENCODER)
-        counts.logs += 1
         counts.alarms += bool(log_faults([log], arm))
         for k in rng.choice(len(every), each, replace=False):
             text, Q, T = every[k]
@@ -67,5 +63,5 @@ def recognised(name: str, reading: str | None, plants: int, each: int, seed: int
                 counts.right += 1
             else:
                 counts.wrong += bool(found)
-                counts.missed[text] = counts.missed.get(text, 0) + 1
+                counts.missed[text] += 1
     return counts

@@ -15,6 +15,7 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion.identifiable import SECONDS, MissingMotion
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import MotionIdentification
+from lwr_dyn.identification.motion.validation import rms
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import friction_torque
@@ -51,16 +52,15 @@ def study(
     fit = result.consistent
     assert fit is not None
     fresh = result.validated_on([other])
+
+    def over_noise(values: list[float]) -> float:
+        return rms(np.array(values)) / noise
+
     return ModelCase(
-        _off(result, paper, folder), bool(fit.physical.all()), _mean([v.fitted for v in result.validation], noise),
-        _mean([v.held_out for v in result.validation], noise),
-        _mean([np.nan if v.consistent is None else v.consistent for v in fresh], noise),
+        _off(result, paper, folder), bool(fit.physical.all()), over_noise([v.fitted for v in result.validation]),
+        over_noise([v.held_out for v in result.validation]), over_noise([v.consistent or np.nan for v in fresh]),
         _promises(result, plant, log, rate, noise, rng),
     )  # fmt: skip
-
-
-def _mean(rms: list[float], noise: float) -> float:
-    return float(np.sqrt(np.nanmean(np.square(rms)))) / noise
 
 
 def _off(result: MotionIdentification, paper: Paper | None, folder: Path) -> float:

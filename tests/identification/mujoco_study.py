@@ -18,14 +18,13 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.fitted import fitted_arm, fitted_values, rotor_of
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.payload.identify_load import body_of
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Body
-from lwr_dyn.model.inertial_parameters import TENSOR
 from lwr_dyn.model.run import Motion
-from lwr_dyn.model.spatial import steiner
 from tests.identification import cover_truths as of
 from tests.identification.cover_study import case
 from tests.identification.cover_truths import BIG_ROTORS
+from tests.identification.plants import inside, rms
 
 STEP, ROWS = 5e-4, 8
 """[s] A step of MuJoCo, and how many of them there are to a row of the log."""
@@ -60,9 +59,7 @@ def true_arm(name: str, truth: str, run: int) -> tuple[Arm, Array]:
         parameters[columns.rotor_indices] = BIG_ROTORS[: arm.n]
     links, limits = [], []
     for i, link in enumerate(arm.chain.links):
-        ten = parameters[10 * i : 10 * i + 10]
-        mass, com = float(ten[0]), ten[1:4] / ten[0]
-        body = Body(mass, com, ten[TENSOR] - steiner(mass, com))
+        body = body_of(parameters[10 * i : 10 * i + 10])
         links.append(replace(link, body=body, rotor=rotor_of(link.rotor, parameters[columns.rotor_indices[i]])))
         limits.append(replace(arm.limits[i], coulomb=COULOMB[i], viscous=VISCOUS[i]))
     chain = replace(arm.chain, links=tuple(links))
@@ -120,4 +117,4 @@ def mujoco_fit(name: str, truth: str, run: int) -> MujocoFit:
 def spread(fits: Sequence[MujocoFit]) -> tuple[float, float, float]:
     """RMS miss, share inside 3 sigma, largest miss of bodies and rotors together."""
     z = np.array([np.concatenate([fit.bodies, fit.rotors]) for fit in fits])
-    return float(np.sqrt(np.mean(z**2))), float(np.mean(np.abs(z) <= 3.0)), float(np.abs(z).max())
+    return rms(z), inside(z), float(np.abs(z).max())

@@ -11,14 +11,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import expm, null_space
 
-from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
+from lwr_dyn.dynamics.regressor import INERTIAL, body_parameters
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.regression.samples import Samples, exact_samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Chain, with_payload
+from lwr_dyn.model.inertial_parameters import inertial_parameters, pseudo_inertias
 from lwr_dyn.model.run import Motion
 
 VISCOUS, COULOMB = (14.0, 14.0, 7.0, 10.0, 5.0, 2.5, 2.0), (11.0, 11.0, 8.0, 9.0, 9.0, 3.5, 3.0)
@@ -49,38 +52,21 @@ class Plant:
         return torques(self.columns, self.parameters, motion)
 
 
-def pseudo_inertia(pi: Array) -> Array:
-    """[[integral x x^T, m c], [., m]], (4, 4), of ten parameters (Wensing, Kim, Slotine 2018, eq. 9)."""
-    tensor = np.zeros((3, 3))
-    for (a, b), value in zip(ROW_BY_ROW, pi[4:], strict=True):
-        tensor[a, b] = tensor[b, a] = value
-    P = np.empty((4, 4))
-    P[:3, :3] = np.trace(tensor) / 2 * np.eye(3) - tensor
-    P[:3, 3] = P[3, :3] = pi[1:4]
-    P[3, 3] = pi[0]
-    return P
-
-
-def _ten(P: Array) -> Array:
-    tensor = np.trace(P[:3, :3]) * np.eye(3) - P[:3, :3]
-    return np.array([P[3, 3], *P[:3, 3], *(tensor[a, b] for a, b in ROW_BY_ROW)])
+def congruent(link: Array, rng: np.random.Generator, level: float = 0.1) -> Array:
+    """Ten parameters with P moved to L exp(S) L^T, S symmetric and random: a body stays one, a point mass as it is."""
+    P, S = pseudo_inertias(link), rng.normal(0.0, level / np.sqrt(2.0), (4, 4))
+    if np.linalg.eigvalsh(P)[0] <= 0.0:
+        return link
+    L = np.linalg.cholesky(P)
+    return inertial_parameters(L @ expm((S + S.T) / np.sqrt(2.0)) @ L.T)
 
 
 def perturbed_plant(columns: TorqueColumns, arm: Arm, rng: np.random.Generator, level: float = 0.2) -> Plant:
-    """The arm with every link's pseudo-inertia moved by a random congruence, rotors and friction too.
-
-    P = L exp(S) L^T with S symmetric and random keeps every body possible. A singular table (a point mass) stays.
-    """
-    own = columns.own(arm)
-    out = own.copy()
+    """The arm with every link's pseudo-inertia moved by a random congruence, rotors and friction too."""
+    out = columns.own(arm).copy()
     for i in range(arm.n):
         part = slice(len(INERTIAL) * i, len(INERTIAL) * (i + 1))
-        P = pseudo_inertia(own[part])
-        lengths = np.linalg.eigvalsh(P)
-        S = rng.normal(size=(4, 4)) * level / np.sqrt(2.0)
-        if lengths[0] > 0.0:
-            L = np.linalg.cholesky(P)
-            out[part] = _ten(L @ expm((S + S.T) / np.sqrt(2.0)) @ L.T)
+        out[part] = congruent(out[part], rng, level)
     frictionless = not any(arm.friction_models())
     for i, joint in enumerate(columns.joints):
         values = out[columns.of_joint(i)]  # a view
@@ -112,7 +98,8 @@ def random_motion(
     rest[0, :HARMONICS], rest[1, HARMONICS:] = 1.0, w
     Z = null_space(rest)
     X = Z @ (Z.T @ rng.normal(size=(2 * HARMONICS, arm.n)))
-    lower, upper, fastest = (known(x, y) for x, y in ((arm.lower, -3.0), (arm.upper, 3.0), (arm.velocity, 2.0)))
+    limits = ((arm.lower, -3.0), (arm.upper, 3.0), (arm.velocity, 2.0))
+    lower, upper, fastest = (np.where(np.isfinite(x), x, unknown) for x, unknown in limits)
     q, dq = P @ X, V @ X
     span, room = q.max(axis=0) - q.min(axis=0), upper - lower - 2 * MARGIN
     fit = np.minimum(share * fastest / np.abs(dq).max(axis=0), room / span) * rng.uniform(0.6, 1.0, arm.n)
@@ -120,11 +107,6 @@ def random_motion(
     low, high = lower + MARGIN - q.min(axis=0), upper - MARGIN - q.max(axis=0)
     middle = low + (high - low) * rng.uniform(size=arm.n)
     return Motion(t, q + middle, dq, ddq)
-
-
-def known(values: Array, otherwise: float) -> Array:
-    """Limits with a value in place of those that are not known."""
-    return np.where(np.isfinite(values), values, otherwise)
 
 
 def torques(columns: TorqueColumns, parameters: Array, motion: Motion) -> Array:
@@ -153,3 +135,20 @@ def simulated_log(
     q = motion.q + rng.normal(size=motion.q.shape) * encoder
     joints = tuple(range(1, motion.q.shape[1] + 1))
     return JointLog(source, joints, motion.t, q, exact + rng.normal(size=exact.shape) * noise)
+
+
+def of_load(chain: Chain, mass: float, com: ArrayLike, tensor: Array | None = None) -> Array:
+    """What a load at the flange adds to the ten parameters of the last link, through the chain itself."""
+    bodies = [x.links[-1].body for x in (with_payload(chain, mass, com, tensor), chain)]
+    full, own = (body_parameters(body) for body in bodies if body is not None)
+    return np.asarray(full - own)
+
+
+def rms(values: Array) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def inside(z: Array) -> float:
+    """The share of misses in standard errors that an interval of 3 sigma holds."""
+    return float(np.mean(np.abs(z) <= 3.0))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,13 +36,11 @@ SAME = 0.1
 """Change of the log, in sigma, below which two tables are one."""
 
 
-@dataclass(frozen=True)
-class Fault:
+class Fault(NamedTuple):
     """A slip of a table: its kind, the cells that it changes, and the table with it."""
 
     kind: str
     cells: tuple[Cell, ...]
-    text: str
     table: PrintedCells
 
 
@@ -56,31 +55,24 @@ def single_faults(table: PrintedCells) -> list[Fault]:
         before = Cell(cell.link - 1, cell.quantity)
         if cell.link and cell.quantity != ROTOR and table.value(before) not in (value, 0.0):
             wrong["copy"] = table.value(before)
-        faults += [Fault(k, (cell,), f"{cell.name} {k}", table.with_cell(cell, v)) for k, v in wrong.items()]
+        faults += [Fault(k, (cell,), table.with_cell(cell, v)) for k, v in wrong.items()]
     return faults
 
 
 def exchanged_faults(table: PrintedCells) -> list[Fault]:
     """Every exchange of cells, axes, rows, bodies."""
-    return [Fault(r.kind, r.cells, r.text, r.table) for r in exchanges(table)]
+    return [Fault(r.kind, r.cells, r.table) for r in exchanges(table)]
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(NamedTuple):
     """`seen`: the table does not meet the log; `traced`: likeliest is the fault's cell or one that has its effect, or
-    the exchange itself; `listed`: among the explanations; `cell`: no explanation touches other cells than the fault's;
-    `one`: the only explanation, and no free value (but a copy).
+    the exchange itself; `listed`: among the explanations; `one`: the only explanation, and no free value (but a copy).
     """
 
-    fault: Fault
-    moves: bool
-    """Some base parameter by more than three sigma."""
     seen: bool
     traced: bool
     listed: bool
-    cell: bool
     one: bool
-    said: str
 
 
 @dataclass(frozen=True)
@@ -117,15 +109,8 @@ class SlipStudy:
         found = report.explanations
         right = [self._right(fault, e) for e in found]
         stated = [len(e.repairs) == 1 and (e.repairs[0].kind not in FREED or fault.kind == "copy") for e in found]
-        said = " | ".join(" + ".join(r.text for r in e.repairs) for e in found[:3])
-        return Outcome(
-            fault, self.moves(fault), not report.fits, bool(right and right[0]), any(right),
-            any(right) and set(report.cells) <= set(fault.cells), len(found) == 1 and right[0] and stated[0], said,
-        )  # fmt: skip
-
-    def moves(self, fault: Fault) -> bool:
-        """Whether it moves a base parameter by more than three sigma of this log."""
-        return bool((np.abs(self._away(fault.table)) > 3.0 * self.information.sigma).any())
+        alone = len(found) == 1 and right[0] and stated[0]
+        return Outcome(not report.fits, bool(right and right[0]), any(right), alone)
 
     def _away(self, table: PrintedCells) -> np.ndarray:
         columns, n = self.information.columns, self.table.n
@@ -144,11 +129,7 @@ class SlipStudy:
 
 def shares(outcomes: Iterable[Outcome]) -> str:
     """How many were seen, and of those traced, listed, traced to one repair."""
-    every = list(outcomes)
-    seen = [o for o in every if o.seen]
-    of = max(len(seen), 1)
-    return (
-        f"{len(every)} planted, {sum(o.moves for o in every)} move a base parameter by 3 sigma, {len(seen)} seen; "
-        f"traced {sum(o.traced for o in seen) / of:.1%}, listed {sum(o.listed for o in seen) / of:.1%}, "
-        f"only its cells {sum(o.cell for o in seen) / of:.1%}, one repair {sum(o.one for o in seen) / of:.1%}"
-    )
+    every = np.array(list(outcomes))
+    traced, listed, one = every[every[:, 0], 1:].mean(axis=0) if every[:, 0].any() else np.zeros(3)
+    said = f"{len(every)} planted, {every[:, 0].sum()} seen; traced {traced:.1%}, listed {listed:.1%}"
+    return f"{said}, one repair {one:.1%}"

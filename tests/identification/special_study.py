@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-import lwr_dyn
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.elastic_joints import identify_elastic
 from lwr_dyn.identification.payload.identify_load import identify_load
@@ -19,7 +18,7 @@ from lwr_dyn.model.run import Motion
 from tests.identification.elastic_plants import elastic_log, elastic_truth
 from tests.identification.logs import test_motor_side as motors
 from tests.identification.payload import loaded as payload
-from tests.identification.plants import perturbed_plant, random_motion, simulated_log
+from tests.identification.plants import inside, perturbed_plant, random_motion, simulated_log
 
 PER_MOTION = 10
 """Draws of noise on one plant and motion."""
@@ -34,26 +33,21 @@ class Misses:
     @property
     def inside(self) -> float:
         """Share within 3 sigma; 99.73 % for errors that are right."""
-        return float((np.abs(self.z) < 3.0).mean())
-
-    @property
-    def size(self) -> float:
-        """Mean square; 1 for errors that are right."""
-        return float(np.mean(self.z**2))
+        return inside(self.z)
 
     @property
     def bias(self) -> float:
         """RMS bias in sigma, beyond what the draws of one motion show by chance."""
         means = self.z.reshape(-1, PER_MOTION, self.z.shape[1]).mean(axis=1)
-        return float(np.sqrt(max(np.mean(means**2) - self.size / PER_MOTION, 0.0)))
+        return float(np.sqrt(max(np.mean(means**2) - np.mean(self.z**2) / PER_MOTION, 0.0)))
 
     def __str__(self) -> str:
-        return f"{self.inside:.2%} within 3 sigma, mean square {self.size:.2f}, bias {self.bias:.2f} sigma"
+        return f"{self.inside:.2%} within 3 sigma, mean square {np.mean(self.z**2):.2f}, bias {self.bias:.2f} sigma"
 
 
 def instrumental_misses(motions: Iterable[int], plain: bool = False) -> Misses:
     """LWR, 10 s, 1 kHz, 1e-5 rad, 0.1 N m, no filter; `plain`: least squares on every tenth row of the same."""
-    arm, out = lwr_dyn.load("lwr4plus", "physical"), []
+    arm, out = payload.ARM, []
     for seed in motions:
         rng = np.random.default_rng(seed)
         plant = perturbed_plant(TorqueColumns(arm.chain), arm, rng, 0.2)
@@ -61,10 +55,10 @@ def instrumental_misses(motions: Iterable[int], plain: bool = False) -> Misses:
         tau = plant.torque(motion)
         for _ in range(PER_MOTION):
             log = simulated_log(plant, motion, 0.1, rng, 1e-5, tau=tau)
-            samples = samples_of([log], SampleRule(cutoff=None) if plain else UNFILTERED)
             if plain:
-                found = information_of(samples, plant.columns)
+                found = information_of(samples_of([log], SampleRule(cutoff=None)), plant.columns)
             else:
+                samples = samples_of([log], UNFILTERED)
                 rows = np.searchsorted(motion.t, samples.t - 1e-6)
                 known = Motion(samples.t, motion.q[rows], motion.dq[rows], motion.ddq[rows])
                 found = instrumental(samples, plant.columns, known)
@@ -102,18 +96,15 @@ def load_misses(motions: Iterable[int]) -> Misses:
 
 def elastic_misses(motions: Iterable[int]) -> tuple[Misses, Array]:
     """LWR, both encoders 1e-5 rad, 0.1 N m, 20 s at 1 kHz; beside z the relative misses of stiffness (draws, n)."""
-    arm = lwr_dyn.load("lwr4plus", "physical")
-    out, off = [], []
+    arm, out, off = payload.ARM, [], []
     for seed in motions:
         rng = np.random.default_rng(seed)
         plant = perturbed_plant(TorqueColumns(arm.chain), arm, rng, 0.2)
-        motion = random_motion(arm, 20.0, rng, rate=1000.0)
-        clean = elastic_log(plant, arm.elasticity, motion, 0.0, rng)
+        clean = elastic_log(plant, arm.elasticity, random_motion(arm, 20.0, rng, rate=1000.0), 0.0, rng)
         for _ in range(PER_MOTION):
-            noisy = [x + rng.normal(size=x.shape) * s for x, s in
-                     ((clean.q, 1e-5), (clean.tau, 0.1), (clean.motor_q, 1e-5))]  # fmt: skip
-            found = identify_elastic([type(clean)("elastic", clean.joints, clean.t, noisy[0], noisy[1],
-                                                  motor_q=noisy[2])], arm)  # fmt: skip
+            sizes = {"q": 1e-5, "tau": 0.1, "motor_q": 1e-5}
+            noisy = {name: (x := getattr(clean, name)) + rng.normal(0.0, s, x.shape) for name, s in sizes.items()}
+            found = identify_elastic([replace(clean, **noisy)], arm)
             out.append((found.values - elastic_truth(plant, arm.elasticity, found.base)) / found.sigma)
             off.append(found.of("stiffness") / arm.elasticity.stiffness - 1.0)
     return Misses(np.array(out)), np.array(off)

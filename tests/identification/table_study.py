@@ -28,7 +28,7 @@ from lwr_dyn.model.chain import Body
 from lwr_dyn.model.run import Motion
 from tests.identification import cover_truths
 from tests.identification.cover_truths import Natural, cover_arm, cover_motion, cover_noise
-from tests.identification.plants import torques
+from tests.identification.plants import congruent, torques
 
 OFF = ("natural", "congruent", "exact")
 """5 % of masses and tensors, 3 mm of centres, .05 rad of axes; 5 % in the log-det metric; the table itself."""
@@ -65,7 +65,7 @@ class TableStudy:
             if off == "natural":
                 out[ten] = cover_truths.moved(table[ten], Natural(SHARE, CENTRE, TURNED), rng)
             else:
-                out[ten] = cover_truths.congruent(table[ten], rng, SHARE)
+                out[ten] = congruent(table[ten], rng, SHARE)
         out[rotors] *= np.exp(rng.normal(0.0, SHARE * (off != "exact"), self.arm.n))
         friction = self.columns.friction_indices
         out[friction] = rng.uniform(0.4, 3.0, friction.size)

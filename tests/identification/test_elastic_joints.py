@@ -1,7 +1,5 @@
 """Stiffness, damping, rotors, friction and links from logs with both encoders."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 
@@ -60,30 +58,26 @@ def test_without_noise_stiffness_is_exact_to_a_part_in_ten_thousand(plant):
     assert np.abs(found.of("armature") / plant.parameters[plant.columns.rotor_indices] - 1.0).max() < 1e-3
 
 
-def test_least_squares_would_take_noise_for_the_spring(plant, logs):
-    """The law behind the instruments: a wrist that bends by its encoder's noise still has an unbiased stiffness."""
+def test_least_squares_would_take_noise_for_the_spring(logs):
+    """The law behind the instruments: a wrist that bends by its encoder's noise still has an unbiased stiffness.
+
+    The result is an elasticity that a simulation takes.
+    """
     found = identify_elastic(logs, ARM)
     off = np.abs(found.of("stiffness") - GEARS.stiffness) / found.of("stiffness", sigma=True)
     assert off.max() < 4.0
     assert found.of("stiffness")[5:].min() > 0.0
-
-
-def test_the_result_is_an_elasticity_that_a_simulation_takes(logs):
-    gears = identify_elastic(logs, ARM).elasticity(otherwise=GEARS)
+    gears = found.elasticity(otherwise=GEARS)
     assert isinstance(gears, JointElasticity)
     assert (gears.damping >= 0.0).all()
 
 
-def test_a_log_without_motor_positions_is_refused(logs):
-    with pytest.raises(LogError, match="qm1"):
-        identify_elastic([replace(logs[0], motor_q=None)], ARM)
-
-
-def test_a_joint_that_never_moves_is_refused(logs):
+def test_logs_without_motor_positions_and_joints_that_never_move_are_refused(logs):
     q, theta = logs[0].q.copy(), logs[0].motor_q.copy()
     q[:, 2], theta[:, 2] = 0.3, 0.3
-    with pytest.raises(LogError, match="does not determine"):
-        identify_elastic([replace(logs[0], q=q, motor_q=theta)], ARM)
+    for change, words in (({"motor_q": None}, "qm1"), ({"q": q, "motor_q": theta}, "does not determine")):
+        with pytest.raises(LogError, match=words):
+            identify_elastic([replace(logs[0], **change)], ARM)
 
 
 def test_a_joint_that_does_not_bend_is_named_and_takes_another_value(plant):
@@ -98,11 +92,12 @@ def test_a_joint_that_does_not_bend_is_named_and_takes_another_value(plant):
     record = json.loads(json_text({"caveats": [], **document.record()}))
     assert faults("identify elastic", record) == []
     for j, row in enumerate(record["joints"]):
-        assert (row["joint"], row["bends"]) == (j + 1, found.bends[j])
-        assert (row["torque_noise"], row["gear_noise"]) == (found.noise[j], found.noise[7 + j])
+        noise = found.noise[j], found.noise[7 + j]
+        assert [row[x] for x in ("joint", "bends", "torque_noise", "gear_noise")] == [j + 1, found.bends[j], *noise]
         for name, one in row["parameters"].items():
             assert (one["value"], one["standard_error"]) == (found.of(name)[j], found.of(name, sigma=True)[j])
-            assert one["unit"] == ("kg m^2" if name == "armature" else one["unit"])
+    units = {name: one["unit"] for name, one in record["joints"][0]["parameters"].items()}
+    assert (units["armature"], units["stiffness"], units["damping"]) == ("kg m^2", "N m/rad", "N m s/rad")
     rows = zip(found.base.statements(), found.links, found.sigma, strict=False)
     assert [tuple(row.values()) for row in record["links"]] == [*rows]
     lines = document.text().splitlines()
@@ -118,11 +113,10 @@ def test_a_joint_that_does_not_bend_is_named_and_takes_another_value(plant):
 @pytest.mark.slow
 def test_the_command_prints_a_row_a_joint(logs, tmp_path, lwr_dyn_command):
     path = tmp_path / "both.csv"
+    line = ("identify", "elastic", "lwr4plus", str(path), "--reading", "physical")
     write_log(path, logs[0])
-    code, out, err = lwr_dyn_command("identify", "elastic", "lwr4plus", str(path), "--reading", "physical")
-    assert (code, err) == (0, "")
-    assert [line.split()[0] for line in out.splitlines()[3:10]] == list("1234567")
+    code, out, err = lwr_dyn_command(*line)
+    assert (code, err, [row.split()[0] for row in out.splitlines()[3:10]]) == (0, "", list("1234567"))
     write_log(path, replace(logs[0], motor_q=None))
-    code, out, err = lwr_dyn_command("identify", "elastic", "lwr4plus", str(path), "--reading", "physical")
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "qm1" in err
+    code, out, err = lwr_dyn_command(*line)
+    assert (code, out, err.count("\n"), "qm1" in err) == (2, "", 1, True)

@@ -1,4 +1,4 @@
-"""A fitted arm goes out as a data file and as a URDF, and every command takes it."""
+"""A fitted arm goes out as a data file and as a URDF, and every command takes it; a share of the count of such."""
 
 import hashlib
 import json
@@ -22,6 +22,7 @@ from lwr_dyn.identification.motion.motion_result import MotionRule
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.friction import friction_torque
+from tests.identification.model_study import study
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
 NOISE = 0.1
@@ -73,39 +74,41 @@ def test_a_data_file_has_the_torques_of_the_fit(lwr, folder):
     assert (arm.reading, arm.name, arm.digest == "") == ("fitted", "lwr4plus", False)
     assert all(np.linalg.eigvalsh(link.body.inertia_com)[0] > 0.0 for link in arm.chain.links)
     own = lwr[0].arm
-    assert (arm.lower == own.lower).all()
-    assert (arm.upper == own.upper).all()
-    assert (arm.effort == own.effort).all()
+    assert np.array_equal([arm.lower, arm.upper, arm.effort], [own.lower, own.upper, own.effort])
     assert arm.elasticity.stiffness.tolist() == own.elasticity.stiffness.tolist()
+
+
+def read(path):
+    return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
 def test_numbers_have_kind_error_and_logs_with_digests(lwr, folder):
     result, paper = lwr
-    raw = tomllib.loads((folder / "arm.toml").read_text(encoding="utf-8"))
+    raw = read(folder / "arm.toml")
     for table, column in (("inertial", "mass"), ("inertial", "com"), ("inertial", "inertia"), ("rotors", "inertia"),
                           ("friction", "positive_coulomb"), ("friction", "negative_viscous")):  # fmt: skip
         cells = raw[table][column]
-        assert cells["kind"] == "fitted"
+        assert (cells["kind"], "moves.csv" in cells["where"]) == ("fitted", True)
         assert np.shape(cells["sigma"]) == np.shape(cells["values"])
-        assert "moves.csv" in cells["where"]
     masses = raw["inertial"]["mass"]["sigma"]
     assert masses == ["unknown" if sigma is None else sigma for sigma in result.shown_sigma[0:70:10]]
     assert masses[0] == "unknown"  # no torque of an arm on a floor shows it: it is the table's
     assert masses[3] == result.consistent.sigma[30]
-    assert hashlib.sha256((folder / "moves.csv").read_bytes()).hexdigest() in raw["document"]["logs"]
-    assert f"reading physical of {paper.file}" in raw["document"]["origin"]
-    assert paper.digest in raw["document"]["origin"]
-    for table in ("dh", "limits", "frames"):
-        for name, column in raw[table].items():
-            if name != "convention":
-                was = paper.columns[f"{table}.{name}"]
-                assert column["kind"] == was.kind
-                assert column["where"].startswith(was.where)
+    document = raw["document"]
+    assert hashlib.sha256((folder / "moves.csv").read_bytes()).hexdigest() in document["logs"]
+    assert all(words in document["origin"] for words in (f"reading physical of {paper.file}", paper.digest))
+    for name in (f"{table}.{name}" for table in ("dh", "limits", "frames") for name in raw[table]):
+        if name != "dh.convention":
+            was, (table, own) = paper.columns[name], name.split(".")
+            column = raw[table][own]
+            assert (column["kind"], column["where"].startswith(was.where)) == (was.kind, True)
     assert "table2-rows" in raw["frames"]["origin"]["where"]
 
 
 def test_errors_of_centres_of_mass_are_those_of_draws(lwr):
     values, result = fitted.fitted_values(lwr[0]), lwr[0]
+    assert values.where == "fitted to moves.csv; digests in [document]"
+    assert values.covered == pytest.approx(np.where(result.samples.used, np.abs(result.samples.dq), 0.0).max(axis=0))
     root = np.linalg.cholesky(result.consistent.covariance[30:34, 30:34])
     draws = result.consistent.parameters[30:34] + np.random.default_rng(0).normal(size=(4000, 4)) @ root.T * 0.1
     assert (draws[:, 1:] / draws[:, :1]).std(axis=0) == pytest.approx(0.1 * values.com.sigma[3], rel=0.06)
@@ -123,9 +126,8 @@ def test_a_urdf_has_the_same_bodies_and_its_sidecar_the_errors(lwr, folder):
     (mass,) = sidecar["quantities"]["link_3.mass"]
     assert (mass["kind"], mass["sigma"]) == ("fitted", result.consistent.sigma[20])
     assert mass["value"] == result.consistent.parameters[20]
-    assert sidecar["friction"]["joint_2"]["positive"]["coulomb"] == pytest.approx(
-        result.consistent.parameters[result.columns.of_joint(1)][1]
-    )
+    coulomb = result.consistent.parameters[result.columns.of_joint(1)][1]
+    assert sidecar["friction"]["joint_2"]["positive"]["coulomb"] == pytest.approx(coulomb)
 
 
 @pytest.mark.slow
@@ -139,18 +141,16 @@ def test_an_arm_with_a_motor_map_and_symmetric_friction(folder):
     check_agreement(result, arm)
     assert arm.transmission.matrix.tolist() == result.arm.transmission.matrix.tolist()
     assert arm.gains.Kp.tolist() == result.arm.gains.Kp.tolist()
-    raw = tomllib.loads((folder / "wam.toml").read_text(encoding="utf-8"))
-    assert raw["friction"]["offset"]["sigma"] == pytest.approx(
-        [result.consistent.sigma[result.columns.of_joint(j)][3] for j in range(7)]
-    )
+    friction = read(folder / "wam.toml")["friction"]
+    offsets = [result.consistent.sigma[result.columns.of_joint(j)][3] for j in range(7)]
+    assert friction["offset"]["sigma"] == pytest.approx(offsets)
     first = result.columns.of_joint(1).start
     coulomb_and_drop = np.ix_([first + 1, first + 4], [first + 1, first + 4])
     assert result.columns.names[first + 4] == "stribeck_2"
-    assert raw["friction"]["negative_static"]["sigma"][1] == pytest.approx(
-        np.sqrt(result.consistent.covariance[coulomb_and_drop].sum())
-    )
-    assert raw["friction"]["positive_static"]["values"][1] > raw["friction"]["positive_coulomb"]["values"][1]
-    assert raw["friction"]["positive_stribeck_velocity"]["values"][1] == pytest.approx(0.1, rel=0.5)
+    spread = np.sqrt(result.consistent.covariance[coulomb_and_drop].sum())
+    assert friction["negative_static"]["sigma"][1] == pytest.approx(spread)
+    assert friction["positive_static"]["values"][1] > friction["positive_coulomb"]["values"][1]
+    assert friction["positive_stribeck_velocity"]["values"][1] == pytest.approx(0.1, rel=0.5)
 
 
 def test_rotors_and_friction_that_were_fitted_to_motors_stay_the_source_s(lwr, folder):
@@ -164,7 +164,7 @@ def test_rotors_and_friction_that_were_fitted_to_motors_stay_the_source_s(lwr, f
         assert arm.friction_models() == result.arm.friction_models()
         for body, own in zip(arm.chain.bodies, bodies, strict=True):
             assert (body.mass, body.com.tolist()) == (own.mass, own.com.tolist())
-    raw = tomllib.loads((folder / "motors.toml").read_text(encoding="utf-8"))
+    raw = read(folder / "motors.toml")
     assert "friction" not in raw
     assert raw["rotors"]["inertia"]["kind"] == paper.columns["rotors.inertia"].kind
 
@@ -186,7 +186,7 @@ def test_a_second_fit_starts_from_the_first_one(lwr, folder):
     arm, paper = load_with_paper(folder / "arm.toml")
     again = identify_motion([read_log(folder / "moves.csv", arm=lwr[0].arm)], arm)
     fitted_files.write_fitted(folder / "again.toml", again, paper)
-    title = tomllib.loads((folder / "again.toml").read_text(encoding="utf-8"))["title"]
+    title = read(folder / "again.toml")["title"]
     assert title.count("fitted to logs") == 1
     assert again.consistent.scales.centre < 0.5 * lwr[0].consistent.scales.centre  # it has no reason to leave it
     check_agreement(again, lwr_dyn.load(folder / "again.toml"))
@@ -194,9 +194,8 @@ def test_a_second_fit_starts_from_the_first_one(lwr, folder):
 
 @pytest.mark.slow
 def test_what_cannot_be_written_is_refused_before_any_work(folder, wam, fourier):
-    with pytest.raises(
-        FileAccessError, match=r"the robot comes from a .urdf; allowed: a .urdf, or a robot from a data"
-    ):
+    words = r"the robot comes from a .urdf; allowed: a .urdf, or a robot from a data"
+    with pytest.raises(FileAccessError, match=words):
         fitted_files.check_fitted_path(folder / "x.toml", None)
     bare = identify_motion([fourier(wam, wam.friction)], lwr_dyn.load("lwr4"))
     with pytest.raises(MissingDataError, match="masses"):
@@ -210,3 +209,62 @@ def test_the_digest_of_a_folder_is_of_its_files(tmp_path):
     (tmp_path / "bag" / "a").write_bytes(b"1")
     assert log_digests.digest_of(tmp_path / "bag") == hashlib.sha256(b"12").hexdigest()
     assert log_digests.digest_of(tmp_path / "none") == ""
+
+
+HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
+
+
+LINES = (
+    ("check", "arm.toml"), ("check", "arm.urdf"), ("lint", "arm.toml"), ("simulate", "arm.toml", *HOLD),
+    ("simulate", "arm.urdf", *HOLD), ("urdf", "arm.toml", "--out", "from_toml.urdf"),
+    ("sensitivity", "arm.toml", "arm.urdf", "--task", "joint-move", "--rate", "100", "--poses", "5"),
+)  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("line", LINES, ids=lambda line: " ".join(line[:2]))
+def test_commands_take_it(line, lwr, folder, monkeypatch, lwr_dyn_command):
+    monkeypatch.chdir(folder)
+    if not (folder / "arm.urdf").exists():
+        fitted_files.write_fitted(folder / "arm.urdf", *lwr)
+    code, out, _ = lwr_dyn_command(*line)
+    assert (code, bool(out)) == (0, True)
+
+
+@pytest.mark.slow
+def test_identify_motion_writes_it(lwr, folder, monkeypatch, lwr_dyn_command):
+    monkeypatch.chdir(folder)
+    common = ("identify", "motion", "lwr4plus", "moves.csv", "--reading", "physical", "--out")
+    code, out, _ = lwr_dyn_command(*common, "out.toml")
+    assert (code, "wrote out.toml; next: lwr-dyn check out.toml" in out) == (0, True)
+    assert lwr_dyn.load("out.toml").reading == "fitted"
+    for line, words in (
+        (("identify", "motion", "lwr4", "moves.csv", "--out", "bare.toml"), "masses and inertias"),
+        ((*common, "none/out.toml"), "none"),
+        ((*common, "out.sdf"), "out.sdf: ends in '.sdf'; allowed: a path in .toml or .urdf"),
+    ):
+        code, _, err = lwr_dyn_command(*line)
+        assert (code, words in err) == (2, True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("robot", "reading"), [("lwr4plus", "physical"), ("wam7", None)])
+def test_a_share_of_the_count_of_models(robot, reading, tmp_path):
+    """`scripts/soak.py fitted_models` takes 60 plants of each."""
+    arm, paper = load_with_paper(robot, reading)
+    case = study(arm, paper, 7, 6.0, 200.0, NOISE, tmp_path)
+    assert case.off < 1e-11
+    assert case.physical
+    assert case.seen < case.unseen < 1.6
+    assert np.abs(case.promises - 1.0).max() < 0.15
+
+
+@pytest.mark.slow
+def test_a_drawn_arm_whose_masses_are_estimates(tmp_path, lwr_dyn_command):
+    """The KR 30 HA: solids, a mastering pose, no rotors; its base's mass was what the estimated links left."""
+    arm, paper = load_with_paper("kr30ha")
+    case = study(arm, paper, 3, 4.0, 200.0, NOISE, tmp_path)
+    assert case.off < 1e-11
+    found = lwr_dyn.load(tmp_path / "arm.toml")
+    assert (found.drawing, found.mastering, found.ratings.base_mass) == (arm.drawing, arm.mastering, None)
+    assert lwr_dyn_command("check", str(tmp_path / "arm.toml"))[0] == 0

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from lwr_dyn.foundation.errors import LwrDynError, OptionError, UnknownNameError
+from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.identification.bodies.body_prior import ConstraintError, body_prior, constrained_prior, constraints_of
 from lwr_dyn.identification.bodies.consistent import consistent_fit
 from lwr_dyn.identification.regression.information import information_of
-from tests.identification.plants import Plant, perturbed_plant, random_motion, simulated_samples
+from tests.identification.plants import Plant, perturbed_plant, random_motion, rms, simulated_samples
 
 
 @pytest.fixture(scope="module")
@@ -16,11 +16,16 @@ def prior(lwr, columns):
     return body_prior(columns, columns.own(lwr))
 
 
+def said_of(lwr, plant, rng, seconds=10.0):
+    """What a log of a plant says."""
+    return information_of(simulated_samples(plant, random_motion(lwr, seconds, rng), 0.1, rng, 0.05), plant.columns)
+
+
 @pytest.fixture(scope="module")
 def known(lwr, columns):
     rng = np.random.default_rng(4)
     plant = perturbed_plant(columns, lwr, rng)
-    return plant, information_of(simulated_samples(plant, random_motion(lwr, 5.0, rng), 0.1, rng, 0.05), columns)
+    return plant, said_of(lwr, plant, rng, 5.0)
 
 
 TRUE_ONES = (
@@ -38,27 +43,22 @@ def test_they_hold_and_every_link_is_a_body(known, lwr, columns, texts):
     constraints = constraints_of(texts, columns.names)
     fit = consistent_fit(known[1], columns.own(lwr), constraints=constraints)
     assert np.abs(constraints.matrix @ fit.parameters - constraints.values).max() < 1e-9
-    assert fit.physical.all()
-    assert fit.constraints == tuple(texts)
-    along = constraints.matrix @ fit.covariance @ constraints.matrix.T
-    assert np.abs(along).max() < 1e-12
+    assert np.abs(constraints.matrix @ fit.covariance @ constraints.matrix.T).max() < 1e-12
+    assert (fit.physical.all(), fit.constraints) == (True, tuple(texts))
 
 
 @pytest.mark.slow
 def test_true_ones_help(known, lwr, columns):
     """The plant's own masses make the fit of what torques do not show better, and sure of it."""
     plant, information = known
-    texts = [f"m_{i} = {plant.parameters[10 * i - 10]:.12g}" for i in range(1, 8)]
-    fits = [
-        consistent_fit(information, columns.own(lwr), constraints=c)
-        for c in (None, constraints_of(texts, columns.names))
-    ]
+    masses = constraints_of([f"m_{i} = {plant.parameters[10 * i - 10]:.12g}" for i in range(1, 8)], columns.names)
+    fits = [consistent_fit(information, columns.own(lwr), constraints=c) for c in (None, masses)]
     free, held = (np.square((fit.parameters - plant.parameters) / fits[0].sigma).sum() for fit in fits)
     assert held < free - 3.0  # seven squares fewer, of 98
     assert fits[1].sigma[0] < 1e-6 < fits[0].sigma[0]
     loose = np.setdiff1d(np.arange(columns.count), np.arange(0, columns.bodies, 10))
     gaps = (fits[1].parameters - plant.parameters)[loose] / fits[1].sigma[loose]
-    assert 0.8 < np.sqrt(np.mean(np.square(gaps))) < 1.2
+    assert 0.8 < rms(gaps) < 1.2
 
 
 @pytest.mark.slow
@@ -68,30 +68,22 @@ def test_what_is_known_of_friction_and_absent_rotors_leaves_the_scales_alone(lwr
     plant = perturbed_plant(columns, lwr, rng)
     true = plant.parameters.copy()
     true[columns.rotor_indices] = 0.0
-    samples = simulated_samples(Plant(columns, true), random_motion(lwr, 10.0, rng), 0.1, rng, 0.05)
-    texts = [f"armature_{i} = 0" for i in range(1, 8)] + [f"offset_1 = {true[73]:.12g}"]
-    known = constraints_of(texts, columns.names)
-    fit = consistent_fit(information_of(samples, columns), columns.own(lwr), constraints=known)
-    with_rotors = simulated_samples(plant, random_motion(lwr, 10.0, rng), 0.1, rng, 0.05)
-    free = consistent_fit(information_of(with_rotors, columns), columns.own(lwr))
-    assert 0.4 < fit.scales.shape / free.scales.shape < 2.5
-    assert 0.4 < fit.scales.tensor / free.scales.tensor < 2.5
+    known = constraints_of([f"armature_{i} = 0" for i in range(1, 8)] + [f"offset_1 = {true[73]:.12g}"], columns.names)
+    fit = consistent_fit(said_of(lwr, Plant(columns, true), rng), columns.own(lwr), constraints=known)
+    free = consistent_fit(said_of(lwr, plant, rng), columns.own(lwr))
+    for kind in ("shape", "tensor"):
+        assert 0.4 < getattr(fit.scales, kind) / getattr(free.scales, kind) < 2.5
     assert fit.parameters[columns.rotor_indices] == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.slow
 def test_bodies_that_are_known_say_nothing_of_the_scales(known, lwr, columns):
     """Three links given whole, as the table has them: the scales are what the other four say."""
-    plant, _ = known
-    links = columns.own(lwr)
-    texts = [f"{columns.names[k]} = {links[k]:.17g}" for k in range(30)]
-    table = plant.parameters.copy()
+    links, table = columns.own(lwr), known[0].parameters.copy()
     table[:30] = links[:30]
-    samples = simulated_samples(
-        Plant(columns, table), random_motion(lwr, 10.0, np.random.default_rng(0)), 0.1, np.random.default_rng(1), 0.05
-    )
-    held = consistent_fit(information_of(samples, columns), links, constraints=constraints_of(texts, columns.names))
-    free = consistent_fit(information_of(samples, columns), links)
+    information = said_of(lwr, Plant(columns, table), np.random.default_rng(0))
+    same = constraints_of([f"{columns.names[k]} = {links[k]:.17g}" for k in range(30)], columns.names)
+    free, held = (consistent_fit(information, links, constraints=c) for c in (None, same))
     assert free.scales.shape <= held.scales.shape  # it sees three links that have not moved
 
 
@@ -107,31 +99,22 @@ def test_the_table_moves_least(prior, columns):
     assert nearest > 0.1
 
 
+THIN = ["m_2 = 2", "mz_2 = 0.2", "Ixx_2 = 0.02"]
 CONTRADICTIONS = (
-    (["Izz_7 = -0.001"], ["Izz_7 = -0.001"]),
-    (["total mass = 0"], ["total mass = 0"]),
-    (
-        ["m_3 = 2", "Ixx_7 = 0.001", "Iyy_7 = 0.001", "Izz_7 = 0.003"],
-        ["Ixx_7 = 0.001", "Iyy_7 = 0.001", "Izz_7 = 0.003"],
-    ),
-    (
-        ["total mass = 10", "m_1 = 3", "m_2 = 4", "m_3 = 5", "m_4 = 2"],
-        ["total mass = 10", "m_2 = 4", "m_3 = 5", "m_4 = 2"],
-    ),
-    (["m_1 = 2", "m_5 = 1", "m_1 = 3"], ["m_1 = 2", "m_1 = 3"]),
-    (["m_2 = 2", "mz_2 = 0.2", "m_1 = 3", "Ixx_2 = 0.02"], ["m_2 = 2", "mz_2 = 0.2", "Ixx_2 = 0.02"]),
-    (["armature_2 = -0.1", "m_2 = 1"], ["armature_2 = -0.1"]),
-)
+    (["Izz_7 = -0.001"], []), (["total mass = 0"], []), (["armature_2 = -0.1"], ["m_2 = 1"]),
+    (["Ixx_7 = 0.001", "Iyy_7 = 0.001", "Izz_7 = 0.003"], ["m_3 = 2"]), (["m_1 = 2", "m_1 = 3"], ["m_5 = 1"]),
+    (["total mass = 10", "m_2 = 4", "m_3 = 5", "m_4 = 2"], ["m_1 = 3"]), (THIN, ["m_1 = 3"]),
+)  # fmt: skip
+"""What contradicts itself, each needed for it, and what stands beside it."""
 
 
-@pytest.mark.parametrize(("texts", "named"), CONTRADICTIONS)
-def test_contradictions_are_named_and_nothing_else(prior, columns, texts, named):
+@pytest.mark.parametrize(("named", "beside"), CONTRADICTIONS)
+def test_contradictions_are_named_and_nothing_else(prior, columns, named, beside):
+    texts = [*named[:1], *beside, *named[1:]]
     with pytest.raises(ConstraintError, match="values that bodies of positive mass can have") as caught:
         constrained_prior(prior, constraints_of(texts, columns.names))
-    assert list(caught.value.names) == named
-    assert isinstance(caught.value, LwrDynError)
-    assert caught.value.exit_code == 2
-    for left in named if len(named) > 1 else ():  # each is needed
+    assert (list(caught.value.names), caught.value.exit_code) == (named, 2)
+    for left in named if len(named) > 1 else ():
         constrained_prior(prior, constraints_of([text for text in named if text != left], columns.names))
 
 
@@ -141,33 +124,36 @@ NO_EQUATIONS = (
 )
 
 
-@pytest.mark.parametrize("text", NO_EQUATIONS.split(", "))
-def test_texts_that_are_no_equations(columns, text):
-    with pytest.raises(OptionError, match=r"constraint: '.*'; allowed: an equation such as 'total mass = 15.8'"):
-        constraints_of([text], columns.names)
-
-
-def test_parameters_that_do_not_exist(columns):
+def test_equations_are_read_and_other_texts_and_names_refused(columns):
+    row = constraints_of(["2e-1 * m_1 + mx_1 - Iyy_7 = -1e3"], columns.names)
+    assert row.values.tolist() == [-1000.0]
+    assert {k: row.matrix[0, k] for k in np.flatnonzero(row.matrix)} == {0: 0.2, 1: 1.0, 67: -1.0}
+    for text in NO_EQUATIONS.split(", "):
+        with pytest.raises(OptionError, match=r"constraint: '.*'; allowed: an equation such as 'total mass = 15.8'"):
+            constraints_of([text], columns.names)
     with pytest.raises(UnknownNameError, match="no parameter named 'm_8'") as wrong:
         constraints_of(["m_8 = 3"], columns.names)
     assert "m_7" in wrong.value.known
     assert len(wrong.value.known) <= 8 < len(columns.names)
-    row = constraints_of(["2e-1 * m_1 + mx_1 - Iyy_7 = -1e3"], columns.names)
-    assert row.values.tolist() == [-1000.0]
-    assert row.matrix[0, [0, 1, 67]].tolist() == [0.2, 1.0, -1.0]
 
 
-def test_a_body_that_cannot_be_is_raised_to_the_nearest_thin_one(lwr, columns):
+def test_a_body_that_cannot_be_is_raised_to_the_nearest_thin_one_and_what_lacks_is_guessed(lwr, columns):
     table = columns.own(lwr).copy()
-    thin, absent = slice(20, 30), slice(30, 40)
+    thin, absent, first, second = slice(20, 30), slice(30, 40), columns.of_joint(0), columns.of_joint(1)
     table[thin] = [2.0, 0, 0, 0, 0.02, 0, 0, 0.02, 0, 0.05]  # Izz exceeds Ixx + Iyy: P has -0.005 in z
-    table[absent] = 0.0
+    table[absent], table[columns.rotor_indices[4]] = 0.0, 0.0
+    table[first.start + 1 : first.stop] = 10.0, 4.0, 0.2  # Coulomb, viscous, offset
     found = body_prior(columns, table)
     assert found.lifted == (3, 4)
     m, *_, Ixx, _, _, Iyy, _, Izz = found.table[thin]
     # P is diag(.025, .025, -.005, 2); in units of 0.1 m the largest is 2.5, so z rises to 2.5e-3 x 0.01
     assert (m, Ixx, Iyy, Izz) == pytest.approx((2.0, 0.025 + 2.5e-5, 0.025 + 2.5e-5, 0.05), rel=1e-9)
-    masses = table[: columns.bodies : 10]
-    lightest = 0.01 * masses.sum()
+    lightest = 0.01 * table[: columns.bodies : 10].sum()
     assert found.table[absent][0] == pytest.approx(lightest)
     assert found.table[absent][[4, 7, 9]] == pytest.approx([lightest * 0.01 / 5.0] * 3)
+    outward = found.table[: columns.bodies].reshape(7, 10)[:, [4, 7, 9]].mean(axis=1)[::-1].cumsum()[::-1]
+    guess = 0.1 * np.sqrt(outward[4] * outward.mean())
+    assert found.table[columns.rotor_indices[4]] == pytest.approx(guess)
+    assert found.unknown_rotors.tolist() == [j == 4 for j in range(7)]
+    assert found.spread[first.start + 1 : first.stop].tolist() == [3.0, 1.2, 1.0]  # 30 %, 30 %, 10 % of Coulomb's
+    assert found.spread[second.start + 1 : second.stop].tolist() == [10.0] * 3  # no friction in the table

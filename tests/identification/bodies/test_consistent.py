@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
@@ -32,23 +33,25 @@ def known(lwr, columns):
     return informed(lwr, columns)
 
 
-def test_derivatives_of_the_distance_are_those_of_differences(lwr, columns):
+def test_the_distance_is_that_of_log_det_and_its_derivatives_those_of_differences(lwr, columns):
     prior = body_prior(columns, columns.own(lwr))
     at = perturbed_plant(columns, lwr, np.random.default_rng(2)).parameters
     slope, curvature = prior.derivatives(at, 7.0)
+    links, table = (pseudo_inertias(x[: columns.bodies].reshape(-1, 10)) for x in (at, prior.table))
+    ratio, rotors = np.linalg.solve(table, links), at[prior.rotors] / prior.table[prior.rotors]
+    bodies = np.trace(ratio, axis1=1, axis2=2) - np.linalg.slogdet(ratio)[1] - 4.0
+    friction = ((at - prior.table) / prior.spread)[prior.friction]
+    wanted = 7.0 * (bodies.sum() + (rotors - np.log(rotors) - 1.0).sum()) + 0.5 * friction @ friction
+    assert prior.distance(at, 7.0) == pytest.approx(wanted)
     assert np.abs(prior.derivatives(prior.table, 7.0)[0]).max() < 1e-9
     assert prior.distance(prior.table, 7.0) == pytest.approx(0.0, abs=1e-10)
-    for k in range(columns.count):
-        step = np.zeros(columns.count)
-        step[k] = 1e-5 * prior.units[k]
+    for k, step in enumerate(np.diag(1e-5 * prior.units)):
         ahead, behind = (prior.derivatives(at + s, 7.0)[0] for s in (step, -step))
         rise = prior.distance(at + step, 7.0) - prior.distance(at - step, 7.0)
         assert rise / (2 * step[k]) == pytest.approx(slope[k], rel=1e-5, abs=1e-5 / prior.units[k])
         column = (ahead - behind) / (2 * step[k])
         assert np.abs((column - curvature[:, k]) * prior.units * prior.units[k]).max() < 1e-5
-    outside = at.copy()
-    outside[0] = -1.0
-    assert prior.distance(outside, 7.0) == np.inf
+    assert prior.distance(at - 2.0 * at[0] * np.eye(columns.count)[0], 7.0) == np.inf  # a mass below 0
 
 
 @pytest.mark.slow
@@ -102,15 +105,25 @@ def test_constraints_hold_and_the_price_is_what_is_said(known, lwr, columns):
 
 
 def test_bodies_of_another_arm_are_refused(known, lwr, columns):
-    """A mass of link 7 that is 40 standard errors of a base parameter off; the truth itself is not refused."""
+    """A mass of link 7 that is 40 standard errors of a base parameter off; the truth itself is not refused.
+
+    Chance: that of the largest pull (Bonferroni) or that of chi^2, the smaller one doubled.
+    """
     plant, information = known
-    assert not Price.of(information, plant.parameters).refused
-    off = plant.parameters.copy()
-    off[columns.names.index("mx_7")] += 40.0 * information.sigma.min()
-    price = Price.of(information, off)
-    assert price.refused
-    assert price.pull > 5.0
-    assert "mx_7" in information.base.statements()[price.parameter]
+    other = plant.parameters.copy()
+    other[columns.names.index("mx_7")] += 40.0 * information.sigma.min()
+    of_joints, count = information.normal.matrices, information.equations
+    for parameters, refused in ((plant.parameters, False), (other, True)):
+        price, off = Price.of(information, parameters), information.base.of(parameters) - information.values
+        pulls = np.abs(off) / information.sigma
+        assert (price.parameter, price.pull) == (pulls.argmax(), pytest.approx(pulls.max()))
+        assert price.chi2 == pytest.approx(off @ information.precision @ off)
+        moved = [np.sqrt(off @ M @ off / k) for M, k in zip(of_joints, count, strict=True)]
+        assert price.rms == pytest.approx(moved)
+        chances = 2.0 * off.size * stats.norm.sf(pulls.max()), stats.chi2.sf(price.chi2, off.size)
+        assert price.probability == pytest.approx(min(1.0, 2.0 * min(chances)))
+        assert price.refused == (price.probability < 1e-3) == refused
+    assert (price.pull > 5.0, "mx_7" in information.base.statements()[price.parameter]) == (True, True)
 
 
 def test_a_log_that_says_nothing_leaves_the_table_and_the_usual_scales(lwr, columns):
@@ -187,20 +200,15 @@ def test_short_logs_gain_and_every_link_is_a_body():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("deviation", [0.0, -1.0, np.nan, np.inf])
-def test_a_deviation_that_is_none(known, lwr, columns, deviation):
-    with pytest.raises(OptionError, match=r"deviation from the table: .*; allowed: a number above 0"):
-        consistent_fit(known[1], columns.own(lwr), deviation=deviation)
-
-
-@pytest.mark.slow
-def test_a_table_of_another_arm(known, lwr, columns):
-    with pytest.raises(ShapeError, match="table: an array \\(70,\\); allowed: 98 numbers, one a column"):
-        consistent_fit(known[1], columns.own(lwr)[:70])
-    broken = columns.own(lwr)
-    broken[-1] = np.inf
-    with pytest.raises(ShapeError, match="table: values that are not finite"):
-        consistent_fit(known[1], broken)
+def test_tables_and_deviations_that_cannot_be(known, lwr, columns):
+    own, words = columns.own(lwr), r"deviation from the table: .*; allowed: a number above 0"
+    for table, options, error, match in (
+        *((own, {"deviation": x}, OptionError, words) for x in (0.0, -1.0, np.nan, np.inf)),
+        (own[:70], {}, ShapeError, r"table: an array \(70,\); allowed: 98 numbers, one a column"),
+        (np.append(own[:-1], np.inf), {}, ShapeError, "table: values that are not finite"),
+    ):
+        with pytest.raises(error, match=match):
+            consistent_fit(known[1], table, **options)
 
 
 @pytest.mark.slow

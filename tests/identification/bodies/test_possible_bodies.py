@@ -12,8 +12,6 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model import inertial_parameters
 from lwr_dyn.model.chain import Body, is_physical
 
-BOTH = pytest.mark.parametrize("robot", ["lwr4plus", "wam7"])
-
 
 def estimate_of(values, error):
     return Estimate(np.array(values), error**2 * np.eye(len(values)), np.zeros(10), 1000)
@@ -53,7 +51,7 @@ def least_of_a_point_mass(factors):
 
 
 @pytest.mark.slow
-@BOTH
+@pytest.mark.parametrize("robot", ["lwr4plus", "wam7"])
 def test_the_columns_give_the_mass_matrix_and_true_values_are_possible(robot):
     arm = lwr_dyn.load(robot)
     columns, q = TorqueColumns(arm.chain, "symmetric"), np.random.default_rng(1).uniform(-2, 2, (5, arm.n))
@@ -63,73 +61,65 @@ def test_the_columns_give_the_mass_matrix_and_true_values_are_possible(robot):
     assert not possible_bodies.judge_bodies(arm, columns, estimate_of(values, 1e-6)).impossible
 
 
-def test_a_negative_moment_is_named_with_its_link_and_whether_noise_explains_it():
+@pytest.fixture(scope="module")
+def lwr_with():
+    """Verdicts on base values of the LWR with one of them changed, by their standard error."""
     arm = lwr_dyn.load("lwr4plus")
     columns = TorqueColumns(arm.chain, "directions")
-    base = columns.base()
-    values = base.of(columns.own(arm))
-    values[base.statements().index("Izz_7")] = -0.00088
-    unsure, sure = (possible_bodies.judge_bodies(arm, columns, estimate_of(values, error)) for error in (0.001, 0.0001))
-    for verdict in (unsure, sure):
-        assert verdict.impossible
-        assert [(n.parameter, n.links, n.value) for n in verdict.negative] == [("Izz_7", (7,), -0.00088)]
-        assert verdict.mass_matrix is None
-    assert unsure.negative[0].noise_can_explain
-    assert not sure.negative[0].noise_can_explain
-    said = "Izz_7 = -0.00088 +- 0.003 (99.73 %), never below 0 for any bodies (link 7); noise can"
-    assert said in possible_bodies.body_lines(unsure)[0]
-    assert "noise cannot explain it: look at geometry" in possible_bodies.body_lines(sure)[0]
+
+    def judged(name, value, *errors):
+        values = columns.base().of(columns.own(arm))
+        values[columns.base().statements().index(name)] = value
+        verdicts = [possible_bodies.judge_bodies(arm, columns, estimate_of(values, error)) for error in errors]
+        return columns, values, verdicts
+
+    return judged
 
 
-def test_a_mass_matrix_that_is_not_positive_definite_is_named_with_its_configuration():
+def test_a_negative_moment_is_named_with_its_link_and_whether_noise_explains_it(lwr_with):
+    _, _, verdicts = lwr_with("Izz_7", -0.00088, 0.001, 0.0001)
+    said = (
+        "Izz_7 = -0.00088 +- 0.003 (99.73 %), never below 0 for any bodies (link 7); noise can",
+        "noise cannot explain it: look at geometry",
+    )
+    for verdict, explained, words in zip(verdicts, (True, False), said, strict=True):
+        (found,) = verdict.negative
+        assert (found.parameter, found.links, found.value) == ("Izz_7", (7,), -0.00088)
+        assert found.noise_can_explain == explained
+        assert (verdict.impossible, verdict.mass_matrix) == (True, None)
+        assert words in possible_bodies.body_lines(verdict)[0]
+
+
+def test_a_mass_matrix_that_is_not_positive_definite_is_named_with_its_configuration(lwr_with):
     """A product of inertia above all moments."""
-    arm = lwr_dyn.load("lwr4plus")
-    columns = TorqueColumns(arm.chain, "directions")
-    base = columns.base()
-    values = base.of(columns.own(arm))
-    values[base.statements().index("Ixy_4")] = 1.5
-    verdict = possible_bodies.judge_bodies(arm, columns, estimate_of(values, 1e-4))
+    columns, values, (verdict, unsure) = lwr_with("Ixy_4", 1.5, 1e-4, 10.0)
     found = verdict.mass_matrix
-    assert verdict.negative == ()
-    assert found is not None
     B = possible_bodies.mass_matrix_columns(columns, found.q[None])[0] @ values
     lowest, motion = np.linalg.eigh(B)
     assert found.lowest == pytest.approx(lowest[0])
     assert found.lowest < 0 < found.share <= 1
     assert found.joint == np.argmax(np.abs(motion[:, 0])) + 1
-    assert not found.noise_can_explain
-    assert possible_bodies.judge_bodies(arm, columns, estimate_of(values, 10.0)).mass_matrix.noise_can_explain
+    assert (verdict.negative, found.noise_can_explain, unsure.mass_matrix.noise_can_explain) == ((), False, True)
     assert "B(q) is not positive definite at" in possible_bodies.body_lines(verdict)[0]
 
 
-def test_of_point_masses_it_is_the_sum_of_their_second_moments():
+def test_the_pseudo_inertia_is_the_sum_of_second_moments_and_the_dual_of_its_weights():
     rng = np.random.default_rng(3)
-    places, masses = rng.normal(size=(6, 3)), rng.uniform(1, 2, 6)
+    places, masses, factors = rng.normal(size=(6, 3)), rng.uniform(1, 2, 6), rng.normal(size=10)
     points = np.column_stack([places, np.ones(6)])
     total = sum(body_parameters(Body(m, place, np.zeros((3, 3)))) for m, place in zip(masses, places, strict=True))
     P = inertial_parameters.pseudo_inertias(total)
     assert np.abs(P - np.einsum("k,ki,kj->ij", masses, points, points)).max() < 1e-12
     assert np.abs(inertial_parameters.inertial_parameters(P) - total).max() < 1e-12
-
-
-def test_there_and_back_and_as_the_dual_of_the_weights():
-    rng = np.random.default_rng(0)
-    parameters, factors = rng.normal(size=(5, 3, 10)), rng.normal(size=10)
-    P = inertial_parameters.pseudo_inertias(parameters)
-    assert np.abs(inertial_parameters.inertial_parameters(P) - parameters).max() < 1e-13
-    assert (np.swapaxes(inertial_parameters.UNITS, 1, 2) == inertial_parameters.UNITS).all()
     weights = inertial_parameters.pseudo_inertia_weights(factors)
     assert (weights == weights.T).all()
-    traces = np.trace(weights @ P, axis1=-2, axis2=-1)
-    assert np.abs(traces - parameters @ factors).max() < 1e-13
+    assert np.trace(weights @ P) == pytest.approx(total @ factors, abs=1e-12)
 
 
 @pytest.mark.parametrize("reading", ["printed", "computed", "physical"])
 def test_the_same_verdict_as_principal_moments(reading):
     bodies = [link.body for link in lwr_dyn.load("lwr4plus", reading).chain.links]
+    bodies += [Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.1])), Body(-1.0, np.zeros(3), np.diag([1.0, 1.0, 1.5]))]
     verdict = possible_bodies.are_bodies(np.array([body_parameters(body) for body in bodies]))
-    assert verdict.tolist() == [is_physical(body) for body in bodies]
-    flat = Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.1]))
-    heavy = Body(-1.0, np.zeros(3), np.diag([1.0, 1.0, 1.5]))
-    assert not possible_bodies.are_bodies(np.array([body_parameters(flat), body_parameters(heavy)])).any()
+    assert verdict.tolist() == [*map(is_physical, bodies[:-2]), False, False]
     assert not possible_bodies.are_bodies(np.full(10, np.nan))

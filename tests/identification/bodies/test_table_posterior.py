@@ -7,12 +7,15 @@ import pytest
 from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal
 
+from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.identification.bodies.body_prior import body_prior, constraints_of
 from lwr_dyn.identification.bodies.link_spreads import Scales, covariances, link_spreads
 from lwr_dyn.identification.bodies.table_posterior import USUAL, TablePosterior, logs_of, scales_of
 from lwr_dyn.identification.regression.information import information_of
-from tests.identification.cover_study import cover_cell, rms
-from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
+from lwr_dyn.model.chain import Body
+from lwr_dyn.model.inertial_parameters import inertial_parameters, pseudo_inertias
+from tests.identification.cover_study import cover_cell
+from tests.identification.plants import perturbed_plant, random_motion, rms, simulated_samples
 
 
 @pytest.fixture(scope="module")
@@ -54,12 +57,8 @@ def test_evidence_is_the_density_of_the_base_parameters(seen, posterior):
     for scales in (USUAL, replace(USUAL, centre=0.03), replace(USUAL, shape=0.2, mass=0.2)):
         S = seen.covariance + G @ dense_covariance(prior, scales) @ G.T
         unit = 1.0 / np.sqrt(np.diag(S))
-        density = (
-            multivariate_normal(np.zeros(len(S)), S * np.outer(unit, unit)).logpdf(
-                unit * (seen.values - G @ prior.table)
-            )
-            + np.log(unit).sum()
-        )
+        normal = multivariate_normal(np.zeros(len(S)), S * np.outer(unit, unit))
+        density = normal.logpdf(unit * (seen.values - G @ prior.table)) + np.log(unit).sum()
         off = (logs_of(scales) - logs_of(USUAL)) / np.array([1.0, 1.0, 1.0, 0.4, 1.5])
         found.append(density - 0.5 * off @ off - posterior.evidence(logs_of(scales)))
     assert np.ptp(found) < 1e-3
@@ -99,3 +98,42 @@ def test_a_plus_minus_covers(arm, truth, noise):
     assert cell.inside >= 0.97
     assert 0.6 < rms(cell.misses) < 1.3
     assert cell.refused == 0
+
+
+@pytest.fixture(scope="module")
+def links(lwr, columns):
+    return columns.own(lwr)[: columns.bodies].reshape(-1, 10)
+
+
+def test_a_shape_is_the_inverse_hessian_of_the_log_det_distance(lwr, columns, links):
+    prior = body_prior(columns, columns.own(lwr))
+    curvature = prior.derivatives(prior.table, 1.0)[1]
+    for i, spread in enumerate(link_spreads(links)):
+        ten = slice(10 * i, 10 * i + 10)
+        unit = np.outer(1.0 / prior.units[ten], 1.0 / prior.units[ten])
+        assert spread[0] * unit == pytest.approx(np.linalg.inv(curvature[ten, ten] / unit), abs=1e-8)
+
+
+def test_moved_centres_and_masses_have_the_covariances_that_are_said(links):
+    """Of drawn bodies; to second order a centre moved by s adds m s^2, a mass moves all ten alike."""
+    m, c, metres = links[3][0], links[3][1:4] / links[3][0], 1e-4
+    P, T = pseudo_inertias(links[3]), np.tile(np.eye(4), (4000, 1, 1))
+    T[:, :3, 3] = np.random.default_rng(0).normal(0.0, metres, (len(T), 3))
+    moved = inertial_parameters(T @ P @ np.swapaxes(T, 1, 2))
+    spreads = link_spreads(links[3:4])
+    size = np.sqrt(np.diag(covariances(spreads, Scales(0.0, metres, 0.0, 0.0, 0.0))[0]))
+    assert size[0] == 0.0
+    assert moved.std(axis=0)[1:] == pytest.approx(size[1:], rel=0.05)
+    second = spreads * (np.arange(6) == 4)[:, None, None]
+    added = np.diag(covariances(second, Scales(0.0, 0.1, 0.0, 0.0, 0.0))[0])
+    assert added == pytest.approx((m * 0.01) ** 2 * np.array([0, 0, 0, 0, 2, 0.5, 0.5, 2, 0.5, 2]))
+    point = body_parameters(Body(m, c, np.zeros((3, 3))))
+    assert spreads[0, 3] == pytest.approx(np.outer(point, point), abs=1e-12)
+
+
+def test_a_share_for_all_kinds_and_factors_of_links(links):
+    whole = Scales.of_deviation(0.2)
+    assert whole == Scales(0.2, 0.05 * 0.2, 0.2, 0.1, 0.2)
+    first = link_spreads(links) * (np.arange(6) < 4)[:, None, None]  # without the second order
+    quarter = covariances(first, Scales(0.1, 0.005, 0.1, 0.05, 0.2))
+    assert covariances(first, whole, np.full((len(links), 4), 0.25)) == pytest.approx(quarter)

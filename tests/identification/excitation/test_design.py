@@ -1,17 +1,23 @@
-"""Designed motions: executable, better than random ones, and what stands against them."""
+"""Designed motions: executable, better than random ones, what stands against them; as files."""
 
 import dataclasses
 
 import numpy as np
 import pytest
+from pyarrow.parquet import read_schema
 
 import lwr_dyn
+from lwr_dyn.foundation.column_files import NOTES
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.identification.excitation import design, motion_design
 from lwr_dyn.identification.excitation.design import NoMotionError, design_excitation, ended_words, rows_of
+from lwr_dyn.identification.excitation.motion_file import run_of_excitation, write_excitation
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits, clearance_of
 from lwr_dyn.identification.excitation.objectives import fourier_basis, motion_score
+from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.model.arm import arm_with_payload
+from lwr_dyn.model.run import Run
+from lwr_dyn.trajectory.references.recorded_motion import csv_reference
 
 SHORT = {"duration": 5.0, "starts": 1, "harmonics": 2}
 
@@ -28,9 +34,8 @@ def slender(designed):
 
 def _best_random(arm, columns, count):
     """The best scores of random motions that fill the limits and are clear at 100 Hz."""
-    rng, limits, space, basis = np.random.default_rng(9), MotionLimits.of(arm), clearance_of(arm), None
-    basis = fourier_basis(10.0, 5, 1000)
-    scores = []
+    rng, limits, space = np.random.default_rng(9), MotionLimits.of(arm), clearance_of(arm)
+    basis, scores = fourier_basis(10.0, 5, 1000), []
     while len(scores) < count:
         X = rng.normal(size=(basis.count, arm.n))
         X[0] = rng.uniform(limits.lower, limits.upper)
@@ -47,16 +52,21 @@ def test_it_is_executable_at_1_khz(fixture, request, lwr):
     m, limits = found.sampled(1000.0), MotionLimits.of(lwr)
     assert len(m.t) == 10001
     assert max(np.abs(m.dq[[0, -1]]).max(), np.abs(m.ddq[[0, -1]]).max()) < 1e-10
-    assert (m.q >= limits.lower - 1e-9).all()
-    assert (m.q <= limits.upper + 1e-9).all()
+    assert ((m.q >= limits.lower - 1e-9) & (m.q <= limits.upper + 1e-9)).all()
     assert (np.abs(m.dq) <= limits.speed + 1e-9).all()
     tau = lwr_dyn.dynamics_of(lwr, "newton-euler").inverse_dynamics(m.q, m.dq, m.ddq)
     assert (np.abs(tau) <= 0.8 * lwr.effort).all()
-    assert found.torque_use == pytest.approx(np.abs(tau).max(axis=0) / lwr.effort, rel=1e-9)
-    assert found.speed_use == pytest.approx(np.abs(m.dq).max(axis=0) / lwr.velocity, rel=1e-9)
-    nearest = clearance_of(lwr, kept=0.0).of(m.q)
+    middle, half = (lwr.upper + lwr.lower) / 2.0, (lwr.upper - lwr.lower) / 2.0
+    for use, share in (
+        (found.torque_use, np.abs(tau) / lwr.effort), (found.speed_use, np.abs(m.dq) / lwr.velocity),
+        (found.position_use, np.abs(m.q - middle) / half),
+    ):  # fmt: skip
+        assert use == pytest.approx(share.max(axis=0), rel=1e-9)
+    distances = clearance_of(lwr, kept=0.0)
+    nearest = distances.of(m.q)
     assert nearest.min() >= 0.05
     assert found.clear == pytest.approx(nearest.min(), abs=1e-9)
+    assert found.nearest == distances.names[nearest.min(axis=0).argmin()]
 
 
 @pytest.mark.slow
@@ -78,11 +88,8 @@ def test_the_same_seed_gives_the_same_motion_and_another_one_another(lwr):
 @pytest.mark.slow
 def test_torques_bind_where_motors_are_weak(lwr):
     need = design_excitation(lwr, **SHORT).torque_use[1]
-    limits = tuple(
-        dataclasses.replace(x, effort=0.9 * need * x.effort) if j == 1 else x for j, x in enumerate(lwr.limits)
-    )
-    weak = dataclasses.replace(lwr, limits=limits)
-    found = design_excitation(weak, **SHORT)
+    weak = [dataclasses.replace(x, effort=(0.9 * need if j == 1 else 1.0) * x.effort) for j, x in enumerate(lwr.limits)]
+    found = design_excitation(dataclasses.replace(lwr, limits=tuple(weak)), **SHORT)
     assert need > 0.2
     assert found.torque_use[1] <= 0.8
 
@@ -109,23 +116,20 @@ def test_a_motion_that_is_not_clear_is_refused_with_the_pair_and_kept_in_the_err
 @pytest.mark.slow
 def test_two_links_that_are_never_far_apart_do_not_stop_the_search(iiwa):
     found = design_excitation(iiwa, starts=1)  # as long and of as many harmonics as the random motions
-    assert found.faults == ()
-    assert found.ended == "searched"
+    assert (found.faults, found.ended) == ((), "searched")
     assert clearance_of(iiwa).of(found.sampled(1000.0).q).min() >= 0.0
     assert "link_5 and link_3 are never far apart: they keep 0.01" in found.document.text()
-    columns = found.columns
-    assert found.score.d < _best_random(iiwa, columns, 5)[0]
+    assert found.score.d < _best_random(iiwa, found.columns, 5)[0]
 
 
 @pytest.mark.slow
 def test_a_search_ends_with_its_time_and_has_a_motion(lwr):
     kept, said = [], []
     found = design_excitation(lwr, starts=500, seconds=3.0, better=kept.append, report=said.append)
-    assert found.ended == "seconds"
-    assert 1 <= len(found.starts) < 500
-    assert found.faults == ()
-    assert ended_words(found) in found.document.text()
-    assert ended_words(found).startswith("ended early (its time was over): ")
+    assert (found.ended, found.faults, 1 <= len(found.starts) < 500) == ("seconds", (), True)
+    words = f"ended early (its time was over): {len(found.starts)} of 500 starts searched; the best motion so far"
+    assert ended_words(found) == words
+    assert words in found.document.text()
     assert kept
     assert [x.score.d for x in kept] == sorted((x.score.d for x in kept), reverse=True)
     assert all(x.faults == () for x in kept)
@@ -146,9 +150,7 @@ def test_a_search_that_is_asked_to_stop_has_the_best_so_far(lwr):
         report=lambda x: begun.append(x) if isinstance(x, str) else None,
     )  # fmt: skip
     assert begun == ["start 1 of 3", "start 2 of 3"]
-    assert found.ended == "stopped"
-    assert len(found.starts) == 2
-    assert found.faults == ()
+    assert (found.ended, len(found.starts), found.faults) == ("stopped", 2, ())
     assert found.starts[0].value == one.starts[0].value
 
 
@@ -164,19 +166,66 @@ def test_any_arm_sliding_joints_and_loads_too(tmp_path, lwr_dyn_command):
     assert np.isfinite(found.score.sigma).all()
 
 
-@pytest.mark.parametrize(
-    ("bad", "error"),
-    [
-        ({"objective": "e"}, OptionError), ({"starts": 0}, OptionError), ({"seed": -1}, OptionError),
-        ({"duration": 0.0}, OptionError), ({"duration": np.nan}, OptionError), ({"harmonics": 1}, OptionError),
-        ({"noise": 0.0}, OptionError), ({"noise": [1.0, 2.0]}, ShapeError), ({"starts": True}, OptionError),
-    ],
-)  # fmt: skip
-def test_bad_numbers_are_refused(lwr, bad, error):
-    with pytest.raises(error):
-        design_excitation(lwr, **{"starts": 1, **bad})
+BAD = [
+    ("objective", "e", "objective: 'e'; allowed: d, cond"), ("starts", 0, "a whole number from 1 to 1000"),
+    ("starts", True, "starts: True"), ("starts", 1001, "starts: 1001"), ("seed", -1, "seed: -1"),
+    ("duration", 0.0, "duration: 0.0; allowed: a time above 0 s"), ("duration", 3601.0, "duration: 3601"),
+    ("duration", np.nan, "duration: nan"), ("harmonics", 1, "harmonics: 1"), ("seconds", 0.0, "seconds: 0.0"),
+    ("noise", 0.0, "noise: 0.0; allowed: above 0"),
+    ("noise", [1.0, 2.0], "noise: shape (2,); allowed: one number, or 7"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "value", "words"), BAD)
+def test_bad_numbers_are_refused(lwr, name, value, words):
+    with pytest.raises(OptionError if "shape" not in words else ShapeError) as refused:
+        design_excitation(lwr, **{"starts": 1, name: value})
+    assert words in str(refused.value)
 
 
 def test_an_arm_without_masses_is_refused():
     with pytest.raises(MissingDataError):
         design_excitation(lwr_dyn.load("lwr4"), starts=1)
+
+
+def test_its_file_is_a_reference_and_a_log(designed, lwr, tmp_path):
+    table = tmp_path / "e.csv"
+    write_excitation(table, designed)
+    t = np.linspace(0.0, 10.0, 777)
+    read, exact = csv_reference(lwr, file=str(table)).sample(t), designed.motion.sample(t)
+    assert np.abs(read.q - exact.q).max() < 1e-7
+    assert np.abs(read.dq - exact.dq).max() < 1e-5
+    log = read_log(table, arm=lwr, needs=("q",))
+    assert np.array_equal(log.q, designed.sampled(100.0).q)
+    assert np.array_equal(log.dq, designed.sampled(100.0).dq)
+    head = ["time [s]", *(f"{x}{j} [rad{per}]" for x, per in (("q", ""), ("dq", "/s"), ("ddq", "/s^2"))
+                          for j in range(1, 8))]  # fmt: skip
+    assert table.read_text().splitlines()[0] == ",".join(head)
+
+
+def test_as_a_run_it_has_the_torques_of_the_table(designed, lwr, tmp_path):
+    path = tmp_path / "e.npz"
+    write_excitation(path, designed, 50.0)
+    run = Run.load(path)
+    tau = lwr_dyn.dynamics_of(lwr, "newton-euler").inverse_dynamics(run.q, run.dq, designed.sampled(50.0).ddq)
+    assert np.abs(run.tau_applied - tau).max() < 1e-9
+    assert (run.meta["robot"], run.meta["task"]) == ("lwr4plus", "excitation (d)")
+    assert run.t.size == run_of_excitation(designed, 50.0).t.size == 501
+
+
+def test_a_motion_that_may_not_be_run_says_so_in_its_file(designed, lwr, tmp_path):
+    fault = "the flange and the floor are 0.1 m too near at 2.00 s"
+    bad, files = (
+        dataclasses.replace(designed, faults=(fault,)),
+        [tmp_path / f"e.{x}" for x in ("csv", "parquet", "npz")],
+    )
+    for file in files:
+        write_excitation(file, bad)
+    for file in files[:2]:
+        assert np.array_equal(read_log(file, arm=lwr, needs=("q",)).q, bad.sampled(100.0).q)
+    assert files[0].read_text().startswith(f"# DO NOT RUN IT: {fault}\ntime")
+    assert csv_reference(lwr, file=str(files[0])).duration == 10.0
+    assert read_schema(files[1]).metadata[NOTES.encode()].decode() == f"DO NOT RUN IT: {fault}"
+    assert Run.load(files[2]).meta["task"] == f"excitation (d; {fault})"
+    write_excitation(files[1], designed)
+    assert NOTES.encode() not in (read_schema(files[1]).metadata or {})

@@ -1,13 +1,14 @@
-"""The search: its buffers, what it hands over where it must end, and what is wrong with a motion."""
+"""The search: its buffers, its clock, what it hands over where it must end, and what is wrong with a motion."""
 
 import numpy as np
 import pytest
 
 from lwr_dyn.identification.excitation import motion_design
+from lwr_dyn.identification.excitation import watch as clock_of_search
 from lwr_dyn.identification.excitation.motion_design import COARSE, FINE, MotionDesign, SearchedMotion, best_motion
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits, clearance_of
 from lwr_dyn.identification.excitation.room import drawn_poses
-from lwr_dyn.identification.excitation.watch import SearchWatch
+from lwr_dyn.identification.excitation.watch import FOR_STARTS, SearchWatch
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
 
@@ -34,29 +35,20 @@ def test_a_buffer_is_at_most_a_share_of_what_a_pair_can_have(iiwa):
 
 
 def test_a_search_that_must_end_hands_over_its_best(lwr):
-    rounds = []
-    design = design_of(lwr, SearchWatch(stop=lambda: len(rounds) > 15))
+    """At once it is where it began."""
+    rounds, most = [], [15]
+    design = design_of(lwr, SearchWatch(stop=lambda: len(rounds) > most[0]))
     space = design._space(COARSE)
-    start = motion_design.random_start(space, np.random.default_rng(0))
+    start = motion_design.random_start(space, np.random.default_rng(0)).ravel()
     objective = space.objective
-
-    def counted(x):
-        rounds.append(x)
-        return objective(x)
-
-    object.__setattr__(space, "objective", counted)
-    x = space.solve(start.ravel(), 60, 2e-4, watch=design.watch)
+    object.__setattr__(space, "objective", lambda x: (rounds.append(x), objective(x))[1])
+    x = space.solve(start, 60, 2e-4, watch=design.watch)
     assert len(rounds) == 16, "the search went on, or ended by itself"
     assert space.slack(x).min() > -motion_design.OUTSIDE
     inside = [objective(y)[0] for y in rounds if space.slack(y).min() > -motion_design.OUTSIDE]
     assert objective(x)[0] <= np.median(inside)
     assert design.watch.ended == "stopped"
-
-
-def test_without_time_it_is_where_it_began(lwr):
-    design = design_of(lwr, SearchWatch(stop=lambda: True))
-    space = design._space(COARSE)
-    start = motion_design.random_start(space, np.random.default_rng(0)).ravel()
+    most[0] = -1
     assert np.array_equal(space.solve(start, 60, 2e-4, watch=design.watch), start)
 
 
@@ -98,3 +90,47 @@ def test_faults_name_the_pair_the_moment_and_the_joint(lwr):
 def test_the_best_motion_may_be_run_or_is_the_nearest_to_it(motions, best):
     found = [SearchedMotion(np.zeros((1, 1)), *one) for one in motions]
     assert best_motion(found) is found[best]
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    found = Clock()
+    monkeypatch.setattr(clock_of_search, "perf_counter", found)
+    return found
+
+
+def test_starts_end_before_the_best_of_them(clock):
+    watch, said = SearchWatch(10.0, begin=0.0), []
+    for clock.now in (5.99, 6.0, 9.69, 9.7):
+        said.append((watch.is_over(FOR_STARTS), watch.is_over(), watch.ended))
+    assert said == [(False, False, "searched"), *[(True, False, "seconds")] * 2, (True, True, "seconds")]
+
+
+def test_a_wish_to_stop_ends_every_stage_and_is_kept():
+    asked = []
+    watch = SearchWatch(stop=lambda: bool(asked))
+    assert not watch.is_over()
+    asked.append(1)
+    assert watch.is_over(FOR_STARTS)
+    asked.clear()
+    assert (watch.is_over(), watch.ended) == (True, "stopped")
+
+
+def test_progress_names_the_step_and_rises_to_the_end(clock):
+    said = []
+    watch = SearchWatch(100.0, report=said.append, steps=2, begin=0.0)
+    watch.step("start 1 of 1")
+    for share in (0.5, 2.0):
+        watch.inside(share)
+    watch.step_done()
+    clock.now = 90.0
+    watch.inside(0.1)
+    watch.step_done()
+    assert said == ["start 1 of 1", 0.25, 0.5, 0.5, 0.9, 1.0]

@@ -33,26 +33,29 @@ def test_columns_of_another_kind_are_refused(wam, motion, other, words):
         objectives.MotionObjective(TorqueColumns(wam.chain, **other), motion[0], np.ones(7))
 
 
-def test_the_mean_half_axis_is_at_most_the_mean_sigma(columns, motion):
-    basis, X = motion
-    rows = rows_of(basis.motion(X))
-    found = objectives.motion_score(columns, rows, np.full(7, 0.1))
-    assert found.mean_sigma == pytest.approx(np.prod(found.sigma ** (1.0 / len(found.sigma))))
-    assert np.exp(found.d / 2.0) / np.sqrt(len(rows.t)) < 0.95 * found.mean_sigma
+NOISE = np.array([0.4, 0.5, 0.3, 0.3, 0.1, 0.1, 0.05])
+
+
+def test_the_sigma_of_the_score_is_that_of_a_fit_and_its_half_axes_are_shorter(columns, motion, wam):
+    m = rows_of(motion[0].motion(motion[1]))
+    score = objectives.motion_score(columns, m, NOISE)
+    tau = columns(m.q, m.dq, m.ddq) @ columns.own(wam)
+    fit = information_of(exact_samples(m.t, m.q, m.dq, m.ddq, tau), columns, noise=NOISE)
+    assert np.abs(score.sigma / fit.sigma - 1.0).max() < 1e-6
+    assert score.condition == pytest.approx(fit.condition, rel=1e-6)
+    assert score.names == tuple(columns.names[k] for k in columns.base().kept)
+    assert score.mean_sigma == pytest.approx(np.prod(score.sigma ** (1.0 / len(score.sigma))))
+    assert score.d == pytest.approx(-np.linalg.slogdet(fit.precision / len(m.t))[1] / len(score.sigma))
+    assert np.exp(score.d / 2.0) / np.sqrt(len(m.t)) < 0.95 * score.mean_sigma
 
 
 def test_parameters_that_only_a_sum_shows_are_named(columns, motion):
     """Axes of the file are at right angles to 4e-6 only; else Izz_2 and the rotor would be one parameter."""
-    basis, X = motion
-    rows, noise = rows_of(basis.motion(X)), np.full(7, 0.1)
+    rows, noise = rows_of(motion[0].motion(motion[1])), np.full(7, 0.1)
     rounded = objectives.motion_score(TorqueColumns(public_arm("xarm7").chain), rows, noise)
-    assert rounded.together == ("Izz_2", "armature_2")
     clean = objectives.motion_score(columns, rows, noise)
-    assert clean.together == ()
+    assert (rounded.together, clean.together) == (("Izz_2", "armature_2"), ())
     assert (clean.alone <= clean.sigma * (1 + 1e-12)).all()
-
-
-NOISE = np.array([0.4, 0.5, 0.3, 0.3, 0.1, 0.1, 0.05])
 
 
 @pytest.mark.parametrize("name", objectives.OBJECTIVES)
@@ -61,8 +64,7 @@ def test_gradients_are_those_of_the_objectives(columns, motion, name):
     objective = objectives.MotionObjective(columns, basis, NOISE, name)
     x, h = X.ravel(), 1e-5
     _, gradient = objective(x)
-    chosen = np.random.default_rng(0).permutation(x.size)[:20]
-    for i in chosen:
+    for i in np.random.default_rng(0).permutation(x.size)[:20]:
         e = h * np.eye(x.size)[i]
         difference = (objective(x + e)[0] - objective(x - e)[0]) / (2 * h)
         assert abs(difference - gradient[i]) < 1e-6 * np.abs(gradient).max()
@@ -71,9 +73,7 @@ def test_gradients_are_those_of_the_objectives(columns, motion, name):
 @pytest.mark.parametrize("name", ["wam7", "lwr4plus"])
 def test_values_are_those_of_the_columns_themselves(name, motion):
     basis, X = motion
-    columns = TorqueColumns(
-        lwr_dyn.load(name).chain
-    )  # the base of the LWR tells the orders of a tensor's entries apart
+    columns = TorqueColumns(lwr_dyn.load(name).chain)  # the LWR's base tells the orders of a tensor's entries apart
     states = [part @ X for part in (basis.position, basis.speed, basis.acceleration)]
     W = columns(*states)
     for j in range(columns.n):
@@ -89,25 +89,9 @@ def test_a_motion_that_shows_nothing_has_a_large_value_and_no_slope(columns, mot
     basis, X = motion
     for name in objectives.OBJECTIVES:
         value, gradient = objectives.MotionObjective(columns, basis, NOISE, name)(np.zeros(X.size))
-        assert value == objectives.LARGE
-        assert not gradient.any()
-
-
-def test_the_sigma_of_the_score_is_that_of_a_fit(columns, motion, wam):
-    basis, X = motion
-    m = rows_of(basis.motion(X))
-    score = objectives.motion_score(columns, m, NOISE)
-    tau = columns(m.q, m.dq, m.ddq) @ columns.own(wam)
-    fit = information_of(exact_samples(m.t, m.q, m.dq, m.ddq, tau), columns, noise=NOISE)
-    assert np.abs(score.sigma / fit.sigma - 1.0).max() < 1e-6
-    assert score.names == tuple(columns.names[k] for k in columns.base().kept)
-
-
-def test_a_score_of_a_motion_that_shows_nothing(columns, motion):
-    basis, X = motion
+        assert (value, gradient.any()) == (objectives.LARGE, False)
     score = objectives.motion_score(columns, rows_of(basis.motion(0.0 * X)), NOISE)
-    assert score.d == objectives.LARGE
-    assert np.isnan(score.sigma).all()
+    assert (score.d, np.isnan(score.sigma).all()) == (objectives.LARGE, True)
 
 
 def test_without_compiled_columns_the_error_names_the_extra(columns, motion, monkeypatch, wam):

@@ -10,6 +10,11 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 STEP = 0.002
 
 
+def log_at(t, stamps=None):
+    """Of two joints at times t."""
+    return JointLog("x", (1, 2), t if stamps is None else stamps, *at(t))
+
+
 def at(t):
     """Two joints and their torques at times t."""
     q = np.column_stack([np.sin(2 * t), 0.5 * np.cos(3 * t)])
@@ -70,56 +75,54 @@ def test_a_clock_counts_the_rows_of_the_grid_that_made_the_times(lost, jitter, b
     assert (even.even, even.lost, even.place.tolist()) == (True, 0, list(range(50)))
 
 
+BACK = "0.006 s after 0.008 s; needed: times that rise from row to row"
+SAME = "0.008 s after 0.008 s"
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({5: 3}, "x: row 6, column time: 0.006 s after 0.008 s; needed: times that rise from row to row"),
-        ({5: 4}, "x: row 6, column time: 0.008 s after 0.008 s; needed: times that rise from row to row"),
-        ({5: 4, 9: 8}, "x: row 6, column time: 0.008 s after 0.008 s (2 such rows); needed: times that rise"),
+        ({5: 3}, BACK),
+        ({5: 4}, f"{SAME}; needed: times that"),
+        ({5: 4, 9: 8}, f"{SAME} (2 such rows); needed: times that"),
     ],
 )
 def test_times_that_do_not_rise_are_refused_by_their_row(change, says):
     rows = np.arange(100)
     rows[list(change)] = list(change.values())
     with pytest.raises(LogError) as refusal:
-        on_even_clock(JointLog("x", (1, 2), STEP * rows, *at(STEP * rows)))
-    assert says in str(refusal.value)
+        on_even_clock(log_at(STEP * rows))
+    assert f"x: row 6, column time: {says}" in str(refusal.value)
 
 
 def test_an_even_log_and_a_drifting_clock_stay_as_they_are():
-    t = np.cumsum(STEP * (1 + 0.02 * np.sin(np.arange(1000) / 200)))
-    log = JointLog("x", (1, 2), t, *at(t))
+    log = log_at(np.cumsum(STEP * (1 + 0.02 * np.sin(np.arange(1000) / 200))))
     assert on_even_clock(log) is log
 
 
 def test_recordings_keep_their_gap_and_only_the_uneven_one_changes():
-    first = jittered(0.0, 0.0)
-    second = jittered(0.4, 0.0, seed=1)
+    first, second = jittered(0.0, 0.0), jittered(0.4, 0.0, seed=1)
     t = np.concatenate([first.t, second.t + 10.0])
     log = JointLog("x", (1, 2), t, np.concatenate([first.q, second.q]), np.concatenate([first.tau, second.tau]))
     even = on_even_clock(log)
     assert (even.q[:2500] == first.q).all()
     assert even.t[2500] - even.t[2499] > 5.0 - STEP
-    assert len(even.notes) == 1
-    assert "rows 2501 to 5000" in even.notes[0]
+    (note,) = even.notes
+    assert "rows 2501 to 5000" in note
 
 
-def test_neither_clock_explains_the_positions():
+def test_neither_clock_explains_the_positions_or_times_are_those_of_writing_in_blocks():
     with pytest.raises(LogError, match=r"x: column time: rows 1 to 2500 miss an even clock by 0.000.* s R"):
         on_even_clock(jittered(0.25, 0.25))
-
-
-def test_times_of_writing_in_blocks_are_refused():
     t = np.arange(1000) * STEP
     late = np.ceil(t / 0.02) * 0.02 + 1e-5 * (np.arange(1000) % 10)
     with pytest.raises(LogError, match=r"100 of 999 steps are gaps \(median 1e-05 s, mean 0.002 s\); needed: times"):
-        on_even_clock(JointLog("x", (1, 2), late, *at(t)))
+        on_even_clock(log_at(t, late))
 
 
 def test_what_is_noise_alone_is_not_held_against_the_clock():
     """An arm that stands still, or an encoder coarser than the jitter's effect: any clock will do."""
-    rng = np.random.default_rng(0)
-    t = STEP * (np.arange(500) + rng.uniform(-0.3, 0.3, 500))
+    t = STEP * (np.arange(500) + np.random.default_rng(0).uniform(-0.3, 0.3, 500))
     even = on_even_clock(JointLog("x", (1, 2), t, np.zeros((500, 2)), np.zeros((500, 2))))
     assert (even.q == 0.0).all()
     assert on_even_clock(jittered(0.2, 0.2, noise=0.02)).notes
@@ -127,6 +130,5 @@ def test_what_is_noise_alone_is_not_held_against_the_clock():
 
 def test_the_clock_of_times():
     clock = clock_of(np.array([0.0, 1.0, 2.0, 4.0, 5.0]))
-    assert (clock.step, clock.lost, clock.even) == (1.0, 1, False)
-    assert clock.jitter < 1e-15
+    assert (clock.step, clock.lost, clock.even, clock.jitter < 1e-15) == (1.0, 1, False, True)
     assert clock_of(np.array([0.0, 1.1, 2.0])).worst == pytest.approx(0.2 / 3)

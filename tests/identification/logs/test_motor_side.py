@@ -1,7 +1,5 @@
 """Logs of motors through a coupled transmission."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 
@@ -22,8 +20,6 @@ T = ARM.transmission.matrix
 CONSTANT = np.array([0.05, 0.05, 0.05, 0.05, 0.012, 0.012, 0.02])
 HOME = np.array([3.0, -1.0, 2.0, 0.5, 0.0, 1.0, -4.0])
 MOTORS = motor_map(ARM, CONSTANT, HOME)
-
-
 RULE = SampleRule(slowest=0.05 * np.linalg.norm(T, axis=1), transmission=ARM.transmission)
 
 
@@ -53,8 +49,18 @@ def motor_log(plant, motion, noise, encoder, rng):
     return JointLog("motors", tuple(range(1, 8)), motion.t, blank, blank, motor_q=turned, current=shaft / CONSTANT)
 
 
+def of_motors(motor_q, current=None, tau=None):
+    """A log of what motors read."""
+    blank = np.full_like(motor_q, np.nan)
+    t, tau = np.arange(float(len(blank))), blank if tau is None else tau
+    return JointLog("m.csv", tuple(range(1, 8)), t, blank, tau, motor_q=motor_q, current=current)
+
+
 def test_base_parameters_through_the_coupling_are_recovered(plant):
-    """Recovery figure: bodies, rotors and friction of coupled motors, every z within 4.5 and their mean square 1."""
+    """Recovery figure: bodies, rotors and friction of coupled motors, every z within 4.5 and their mean square 1.
+
+    Without the transmission in the columns the residual is many times the noise.
+    """
     rng = np.random.default_rng(5)
     motion = random_motion(ARM, 20.0, rng, rate=1000.0)
     log = log_at_joints(motor_log(plant, motion, 0.002 * np.ones(7), 1e-4, rng), MOTORS)
@@ -63,37 +69,24 @@ def test_base_parameters_through_the_coupling_are_recovered(plant):
     assert found.determined.all()
     assert np.abs(z).max() < 4.5
     assert 0.6 < np.mean(z**2) < 1.5
-
-
-def test_columns_of_the_joints_alone_do_not_explain_friction_of_coupled_motors(plant):
-    """What the transmission in the columns is for: without it the residual is many times the noise."""
-    rng = np.random.default_rng(6)
-    log = log_at_joints(motor_log(plant, random_motion(ARM, 10.0, rng, rate=1000.0), 0.0, 0.0, rng), MOTORS)
-    samples = samples_of([log])
-    coupled, apart = (information_of(samples, c).noise for c in (plant.columns, TorqueColumns(ARM.chain)))
+    exact = samples_of([log_at_joints(motor_log(plant, motion, 0.0, 0.0, rng), MOTORS)])
+    coupled, apart = (information_of(exact, c).noise for c in (plant.columns, TorqueColumns(ARM.chain)))
     assert coupled[1:3].max() < 1e-3 * apart[1:3].min()
 
 
-def test_what_goes_to_the_motors_and_back_is_the_joints():
-    rng = np.random.default_rng(0)
-    q, tau = rng.normal(size=(2, 5, 7))
+def test_what_goes_to_the_motors_and_back_is_the_joints_with_the_same_power():
+    q, tau = np.random.default_rng(0).normal(size=(2, 5, 7))
     shaft = np.linalg.solve(T.T, tau.T).T
-    log = JointLog("x", tuple(range(1, 8)), np.arange(5.0), q * np.nan, tau * np.nan, motor_q=q @ T.T + HOME,
-                   current=shaft / CONSTANT)  # fmt: skip
-    back = log_at_joints(log, MOTORS)
-    assert back.q == pytest.approx(q, abs=1e-13)
-    assert back.tau == pytest.approx(tau, abs=1e-13)
-    torque = replace(log, tau=shaft, current=None)
-    assert log_at_joints(torque, motor_map(ARM, home=HOME)).tau == pytest.approx(tau, abs=1e-13)
-
-
-def test_power_is_equal_on_both_sides():
-    rng = np.random.default_rng(1)
-    motor_q, current = rng.normal(size=(2, 4, 7))
-    log = JointLog("x", tuple(range(1, 8)), np.arange(4.0), np.zeros((4, 7)), np.zeros((4, 7)), motor_q=motor_q,
-                   current=current)  # fmt: skip
-    joints = log_at_joints(log, motor_map(ARM, CONSTANT))
-    assert (joints.tau * joints.q).sum(axis=1) == pytest.approx((current * CONSTANT * motor_q).sum(axis=1))
+    turned = q @ T.T
+    for log, motors in (
+        (of_motors(turned + HOME, current=shaft / CONSTANT), MOTORS),
+        (of_motors(turned + HOME, tau=shaft), motor_map(ARM, home=HOME)),
+        (of_motors(turned, tau=shaft), motor_map(ARM)),
+    ):
+        back = log_at_joints(log, motors)
+        assert back.q == pytest.approx(q, abs=1e-13)
+        assert back.tau == pytest.approx(tau, abs=1e-13)
+        assert (back.tau * back.q).sum(axis=1) == pytest.approx((shaft * turned).sum(axis=1))
 
 
 def test_gears_stand_in_for_a_transmission_where_no_motors_are_coupled():
@@ -103,21 +96,26 @@ def test_gears_stand_in_for_a_transmission_where_no_motors_are_coupled():
 
 
 def test_bad_input_is_refused_with_what_is_needed():
-    log = JointLog("m.csv", tuple(range(1, 8)), np.arange(3.0), np.zeros((3, 7)), np.zeros((3, 7)))
-    with pytest.raises(LogError, match=r"m\.csv.*qm1\.\.qm7"):
-        log_at_joints(log, MOTORS)
-    turned = replace(log, motor_q=np.zeros((3, 7)))
-    with pytest.raises(LogError, match="currents, for the torque constants"):
-        log_at_joints(turned, MOTORS)
-    with pytest.raises(LogError, match="torque constants"):
-        log_at_joints(replace(turned, tau=log.tau * np.nan, current=np.ones((3, 7))), motor_map(ARM))
-    with pytest.raises(OptionError, match="motor 2"):
-        motor_map(ARM, [1.0, -1.0, 1, 1, 1, 1, 1])
-    with pytest.raises(ShapeError):
-        MotorMap(ARM.transmission, np.ones(3))
-    bare = replace(ARM, transmission=None)
-    with pytest.raises(MissingDataError, match="gear ratio"):
-        motor_map(bare)
+    zero, one = np.zeros((3, 7)), np.ones((3, 7))
+    for log, motors, words in (
+        (replace(of_motors(zero), motor_q=None), MOTORS, r"m\.csv: columns qm1\.\.: none; needed: .*qm1\.\.qm7"),
+        (of_motors(zero[:, :6]), MOTORS, r"columns qm1\.\.: 6; needed: the positions of 7 motors"),
+        (of_motors(zero, tau=zero), MOTORS, r"columns i1\.\.: none; needed: currents, for the torque constants"),
+        (of_motors(zero, current=one), motor_map(ARM), r"columns i1\.\.: currents alone; needed: torque constants"),
+    ):
+        with pytest.raises(LogError, match=words):
+            log_at_joints(log, motors)
+    for make, error, words in (
+        (
+            lambda: motor_map(ARM, [1.0, -1.0, 1, 1, 1, 1, 1]),
+            OptionError,
+            "torque constant of motor 2: -1; allowed: above",
+        ),
+        (lambda: MotorMap(ARM.transmission, np.ones(3)), ShapeError, "torque_constant"),
+        (lambda: motor_map(replace(ARM, transmission=None)), MissingDataError, "gear ratio of joint_1"),
+    ):
+        with pytest.raises(error, match=words):
+            make()
 
 
 @pytest.mark.slow
@@ -134,8 +132,6 @@ def test_the_command_takes_logs_of_motors(plant, tmp_path, lwr_dyn_command):
     z = [(row["value"] - true) / row["standard_error"] for row, true in zip(rows, plant.base, strict=True)]
     assert code == 0
     assert np.abs(z).max() < 4.5
-    code, out, err = lwr_dyn_command(*fit, "--motor-side", numbers[1])
-    assert (code, out) == (2, "")
-    assert "tau1" in err
-    code, out, err = lwr_dyn_command(*fit, numbers[0])
-    assert (code, out, "with --motor-side" in err) == (2, "", True)
+    for options, words in ((("--motor-side", numbers[1]), "tau1"), ((numbers[0],), "with --motor-side")):
+        code, out, err = lwr_dyn_command(*fit, *options)
+        assert (code, out, words in err) == (2, "", True)

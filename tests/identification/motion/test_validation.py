@@ -4,11 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.signal import lfilter
 
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.motion.motion_fit import identify_motion
-from lwr_dyn.identification.motion.validation import LAGS, Folds, motion_pieces, speed_bands, whiteness_of
+from lwr_dyn.identification.motion.validation import (
+    LAGS,
+    Folds,
+    motion_pieces,
+    residuals_of,
+    speed_bands,
+    whiteness_of,
+)  # fmt: skip
+from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log, simulated_samples
@@ -34,11 +43,9 @@ def test_one_recording_is_cut_where_its_fastest_joint_is_slowest():
     dq[:, 1] = 50.0 * (np.abs(t - 0.36) < 0.05)  # a share of its own largest speed counts: 92 to 123 is fast
     fold = motion_pieces(samples(dq, np.zeros(300, int)), 3)
     cuts = np.flatnonzero(np.diff(fold)) + 1
-    assert fold[0] == 0
-    assert fold[-1] == 2
+    assert (fold[0], fold[-1], len(cuts)) == (0, 2, 2)
     assert abs(cuts[1] - 200) <= 1
-    assert not 93 < cuts[0] < 123
-    assert 70 <= cuts[0] <= 130
+    assert 70 <= cuts[0] <= 93 or 123 <= cuts[0] <= 130
 
 
 @pytest.mark.parametrize("folds", [1, 15])
@@ -47,18 +54,15 @@ def test_as_many_folds_as_there_can_be(folds):
         motion_pieces(samples(np.ones((14, 2)), np.zeros(14, int)), folds)
 
 
-def residuals_of(phi, count, seed=0):
-    rng = np.random.default_rng(seed)
-    e = np.zeros(count)
-    for i in range(1, count):
-        e[i] = phi * e[i - 1] + rng.normal()
-    return e[:, None]
+def memory(phi, count, seed=0):
+    """Noise that keeps a share phi from row to row, (count, 1)."""
+    return lfilter([1.0], [1.0, -phi], np.random.default_rng(seed).normal(size=count))[:, None]
 
 
 def test_the_statistic_of_white_noise_is_that_of_chi_squared_with_instants_left_out():
     found = []
     for seed in range(300):
-        e = residuals_of(0.0, 400, seed)
+        e = memory(0.0, 400, seed)
         e[np.random.default_rng(seed).uniform(size=400) < 0.3] = np.nan
         found.append(whiteness_of(e, np.zeros(400, int))[0])
     shares = [np.mean([w.probability < level for w in found]) for level in (0.05, 0.5)]
@@ -68,7 +72,7 @@ def test_the_statistic_of_white_noise_is_that_of_chi_squared_with_instants_left_
 
 def test_correlated_noise_is_seen_and_its_inflation_is_that_of_a_mean():
     """An autoregressive noise of 0.6: r_k = 0.6^k, and a mean is sqrt(1.6 / 0.4) = 2 times as uncertain."""
-    (w,) = whiteness_of(residuals_of(0.6, 40_000), np.zeros(40_000, int))
+    (w,) = whiteness_of(memory(0.6, 40_000), np.zeros(40_000, int))
     assert w.autocorrelation[:3] == pytest.approx([0.6, 0.36, 0.216], abs=0.02)
     assert not w.white
     assert w.inflation == pytest.approx(2.0, rel=0.05)
@@ -92,30 +96,47 @@ def test_what_a_fit_takes_up_of_slow_noise_is_given_back():
 
 
 def test_leaving_a_fold_out_shows_errors_that_belong_to_a_part_of_the_motion(lwr):
-    """White noise moves the values as its errors say; a torque that drifts from part to part moves them further."""
+    """White noise moves the values as its errors say; a torque that drifts from part to part moves them further.
+
+    By fits without each fold: kappa^2 = sum d^T A d / sum (tr(A A_-f^-1) - b).
+    """
     columns, rng = TorqueColumns(lwr.chain, "directions"), np.random.default_rng(4)
     plant = perturbed_plant(columns, lwr, rng)
     white = simulated_samples(plant, random_motion(lwr, 20.0, rng), 0.1, rng, 0.05)
     drifting = replace(white, tau=white.tau + 0.3 * np.sin(white.t / 2.0)[:, None])
     found = [Folds.of(one, columns, 5, one.used) for one in (white, drifting)]
     assert 1.0 <= found[0].inflation(found[0].information()) < 1.15
-    assert found[1].inflation(found[1].information()) > 2.0
+    said = found[1].information()
+    A, moved, expected = said.precision, 0.0, 0.0
+    for k in range(5):
+        less = information_of(drifting.select(found[1].fold != k), columns, noise=said.noise)
+        off = less.values - said.values
+        moved, expected = moved + off @ A @ off, expected + np.trace(A @ less.covariance) - len(off)
+    assert found[1].inflation(said) == pytest.approx(np.sqrt(moved / expected), rel=1e-4)
+    assert moved > 4.0 * expected
+    rows = found[1].fold == 2
+    others = information_of(drifting.select(~rows), columns, noise=said.noise)
+    left = residuals_of(replace(drifting, used=np.ones_like(drifting.used)), columns, others.values)
+    assert found[1].held_out(said.noise)[rows][white.used[rows]] == pytest.approx(
+        left[rows][white.used[rows]], abs=1e-6
+    )
 
 
-def test_instants_of_two_recordings_are_no_pair():
-    """Noise that repeats from one recording to the next is white inside each."""
-    once = np.random.default_rng(1).normal(size=(LAGS, 1))
-    e, number = np.tile(once, (200, 1)), np.repeat(np.arange(200), LAGS)
-    (apart,), (joined,) = whiteness_of(e, number), whiteness_of(e, np.zeros(len(e), int))
-    assert joined.autocorrelation[LAGS - 1] == pytest.approx(1.0, abs=0.01)
-    assert apart.autocorrelation[LAGS - 1] == 0.0
-
-
-def test_a_joint_with_too_few_instants_has_no_whiteness():
-    e = np.full((50, 2), np.nan)
-    e[:, 1] = np.random.default_rng(0).normal(size=50)
-    e[:LAGS, 0] = 1.0
-    assert [w.joint for w in whiteness_of(e, np.zeros(50, int))] == [2]
+def test_correlations_are_of_pairs_in_one_recording_that_are_both_used():
+    rng = np.random.default_rng(1)
+    e, recording = rng.normal(size=(80, 3)), np.repeat([0, 1, 2], [30, 40, 10])
+    e[rng.uniform(size=e.shape) < 0.2] = np.nan
+    e[LAGS:, 1] = np.nan  # too few instants for a joint's whiteness
+    found = whiteness_of(e, recording)
+    assert [one.joint for one in found] == [1, 3]
+    for one in found:
+        x = e[:, one.joint - 1]
+        products = [x[k:] * x[:-k] for k in range(1, LAGS + 1)]
+        inside = [p[(recording[k:] == recording[:-k]) & np.isfinite(p)] for k, p in enumerate(products, 1)]
+        r = np.array([p.mean() for p in inside]) / np.nanmean(x**2)
+        assert one.autocorrelation == pytest.approx(r)
+        assert one.statistic == pytest.approx(np.array([*map(len, inside)]) @ r**2)
+        assert one.probability == pytest.approx(stats.chi2.sf(one.statistic, LAGS))
 
 
 def test_bands_of_speed_are_thirds_of_the_largest_that_is_used():

@@ -4,9 +4,9 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import body_parameters
-from lwr_dyn.model.chain import Body, with_payload
+from lwr_dyn.model.chain import Body
 from lwr_dyn.model.spatial import from_rpy
-from tests.identification.plants import Plant, random_motion, simulated_log
+from tests.identification.plants import Plant, of_load, random_motion, simulated_log
 
 ARM = lwr_dyn.load("lwr4plus", "physical")
 MASS, COM = 2.5, np.array([0.02, -0.01, 0.08])
@@ -14,12 +14,11 @@ TENSOR = from_rpy([0.3, 0.2, -0.5]) @ np.diag([0.012, 0.010, 0.006]) @ from_rpy(
 TRUTH = body_parameters(Body(MASS, COM, TENSOR))
 
 
-def loaded(plant, arm=ARM):
-    """The plant with the load, through the chain itself."""
-    full = with_payload(arm.chain, MASS, COM, TENSOR).links[-1].body
+def loaded(plant, load=None):
+    """The plant with the load, or another one (mass, centre)."""
     parameters = plant.parameters.copy()
     last = slice(plant.columns.bodies - 10, plant.columns.bodies)
-    parameters[last] += body_parameters(full) - body_parameters(arm.chain.links[-1].body)
+    parameters[last] += of_load(ARM.chain, *(load or (MASS, COM, TENSOR)))
     return Plant(plant.columns, parameters)
 
 

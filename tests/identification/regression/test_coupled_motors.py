@@ -18,11 +18,12 @@ from lwr_dyn.identification.motion.motion_result import MotionRule, motion_docum
 from lwr_dyn.identification.payload.identify_load import identify_load
 from lwr_dyn.identification.payload.possible_load import load_document
 from lwr_dyn.identification.regression.coupled_motors import at_motors, has_coupled_motors, motors_or_joints
+from lwr_dyn.identification.regression.joints_alone import between_words
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.transmission import Transmission
 from tests.identification.coupled_study import LOAD, MOTORS, coupled_arm, coupled_log, identified, misses, with_load
-from tests.identification.plants import perturbed_plant, random_motion, simulated_log
+from tests.identification.plants import inside, perturbed_plant, random_motion, rms, simulated_log
 
 UNCOUPLED = MotionRule(coupled=False)
 
@@ -38,6 +39,11 @@ def joints_log():
     arm, rng = lwr_dyn.load("tx40"), np.random.default_rng(5)
     plant = perturbed_plant(TorqueColumns(arm.chain, "directions"), arm, rng, 0.1)
     return simulated_log(plant, random_motion(arm, 6.0, rng, rate=250.0), 0.05, rng, 1e-5)
+
+
+@pytest.fixture(scope="module")
+def of_joints(joints_log):
+    return identify_motion([joints_log], lwr_dyn.load("tx40"))
 
 
 @pytest.mark.parametrize("name", list(MOTORS))
@@ -58,39 +64,20 @@ def test_the_log_asks_for_the_motors_and_gives_their_rotors_and_friction(tx40):
     z = (found.information.values - found.base.of(truth.parameters)) / found.information.sigma
     assert np.abs(z).max() < 4.0
     fit = found.consistent
-    own = np.arange(found.columns.bodies, found.columns.count)
-    assert np.abs((fit.parameters - truth.parameters) / fit.sigma)[own].max() < 4.0
-    noise = found.information.residual_noise
+    assert np.abs((fit.parameters - truth.parameters) / fit.sigma)[found.columns.bodies :].max() < 4.0
+    noise, log = found.information.residual_noise, coupled_log(truth, 0)
     assert noise[4:].max() < 0.06
-    log = coupled_log(truth, 0)
     assert identify_motion([log], truth.arm, UNCOUPLED).information.residual_noise[4:].min() > 5.0 * noise[4:].max()
     assert found.validated_on([log])[4].held_out < 0.06
 
 
-def test_a_log_of_friction_at_the_joints_asks_for_the_joints(joints_log):
+def test_a_log_of_friction_at_the_joints_asks_for_the_joints(joints_log, of_joints):
     arm = lwr_dyn.load("tx40")
-    found, forced = identify_motion([joints_log], arm), identify_motion([joints_log], arm, UNCOUPLED)
-    assert found.columns.transmission is None
-    assert np.array_equal(found.consistent.parameters, forced.consistent.parameters)
-    assert np.array_equal(found.information.precision, forced.information.precision)
-    with_gains = identify_motion([joints_log], arm, MotionRule(gains=0.1))
-    assert with_gains.columns.transmission is None
-
-
-@pytest.mark.parametrize(
-    ("robot", "rule", "message"),
-    [
-        ("ur10", MotionRule(coupled=True), "coupled motors: asked for of ur10, whose torques have none"),
-        ("tx40", MotionRule(SampleRule(link_side=True), coupled=True), "coupled motors: asked for of tx40"),
-        ("tx40", MotionRule(coupled=True, gains=0.1), "gains: given for motors that turn joints together"),
-        ("tx40", MotionRule(coupled=True, load_friction=True), "load friction: given for motors that turn joints"),
-    ],
-)
-def test_what_has_no_coupled_motors_is_refused(joints_log, robot, rule, message):
-    with pytest.raises(OptionError, match=message):
-        identify_motion([joints_log], lwr_dyn.load(robot), rule)
-    with pytest.raises(OptionError, match="coupled motors: given; allowed: none with instruments"):
-        identify_motion([joints_log], lwr_dyn.load(robot), MotionRule(coupled=True), [joints_log])
+    forced = identify_motion([joints_log], arm, UNCOUPLED)
+    assert of_joints.columns.transmission is None
+    assert np.array_equal(of_joints.consistent.parameters, forced.consistent.parameters)
+    assert np.array_equal(of_joints.information.precision, forced.information.precision)
+    assert identify_motion([joints_log], arm, MotionRule(gains=0.1)).columns.transmission is None
 
 
 def test_motors_in_another_order_than_the_joints_are_not_tried(joints_log):
@@ -105,38 +92,43 @@ def test_motors_in_another_order_than_the_joints_are_not_tried(joints_log):
     assert motors_or_joints(SampleRule(), [joints_log], other, "directions").transmission is None
 
 
-def test_the_report_says_which_motor_turns_what_and_nothing_is_left_out(tx40, joints_log):
-    _, found = tx40
-    document = motion_document(found)
-    assert "motor 6 turns with joints 5 and 6: rotors and friction are those of motors, each" in document.text()
-    assert "left out: a rotor" not in document.text()
-    assert document.record()["coupled"] is True
-    arm = lwr_dyn.load("tx40")
-    other = motion_document(identify_motion([joints_log], arm))
-    assert "left out: a rotor that turns with joint_5 and joint_6" in other.text()
-    assert "turns with joints" not in other.text()
-    assert other.record()["coupled"] is False
+def test_the_report_says_which_motor_turns_what_and_nothing_is_left_out(tx40, of_joints):
+    here, left_out = (
+        "motor 6 turns with joints 5 and 6: rotors and friction are those of motors, each",
+        "left out: a rotor",
+    )
+    for found, coupled in ((tx40[1], True), (of_joints, False)):
+        document = motion_document(found)
+        text = document.text()
+        assert (here in text, left_out in text, document.record()["coupled"]) == (coupled, not coupled, coupled)
+    assert "left out: a rotor that turns with joint_5 and joint_6" in text
+    assert "turns with joints" not in text
+
+
+def alone(at_motor):
+    """What joints 5 and 6 of a TX40 show, each moving alone: motor 6 turns with both."""
+    return [*at_motor[:4], at_motor[4] + at_motor[5], at_motor[5]]
 
 
 def test_a_written_model_has_what_each_joint_shows_alone(tx40, tmp_path):
-    """A motion of joint 5 alone turns motors 5 and 6 alike; one of joint 6 turns motor 6."""
     _, found = tx40
     values, fit = fitted_values(found), found.consistent
     J, at = fit.parameters[found.columns.rotor_indices], found.columns.rotor_indices
-    assert values.armature.value == pytest.approx([*J[:4], J[4] + J[5], J[5]], rel=1e-12)
+    assert values.armature.value == pytest.approx(alone(J), rel=1e-12)
     spread = fit.covariance[np.ix_(at[4:], at[4:])].sum() ** 0.5
     assert values.armature.sigma[4:] == pytest.approx([spread, fit.sigma[at[5]]])
     own = fit.parameters[found.columns.bodies :].reshape(6, 5)
     for k, side in ((1, "positive"), (3, "negative")):
-        levels = [getattr(model, side).coulomb for model in values.friction]
-        slopes = [getattr(model, side).viscous for model in values.friction]
-        assert levels == pytest.approx([*own[:4, k], own[4, k] + own[5, k], own[5, k]])
-        assert slopes == pytest.approx([*own[:4, k + 1], own[4, k + 1] + own[5, k + 1], own[5, k + 1]])
+        for more, name in enumerate(("coulomb", "viscous")):
+            shown = [getattr(getattr(model, side), name) for model in values.friction]
+            assert shown == pytest.approx(alone(own[:, k + more]))
     write_fitted(tmp_path / "arm.toml", found, load_with_paper("tx40")[1])
     arm = lwr_dyn.load(tmp_path / "arm.toml")
     assert f"adds {J[5]:.3g} kg m^2 between them" in arm.caveat()
     raw = tomllib.loads((tmp_path / "arm.toml").read_text(encoding="utf-8"))
-    assert "motor 6 turns with joints 5 and 6: " in raw["document"]["fit"]
+    said = f"motor 6 turns with joints 5 and 6: {J[5]:.3g} kg m^2 between joints 5 and 6, and friction where several of"
+    assert said in raw["document"]["fit"]
+    assert between_words(found.columns.transmission, J).startswith(said)
     again = TorqueColumns(arm.chain, "directions", transmission=arm.transmission.at_joints()).own(arm)
     assert again[60:] == pytest.approx(fit.parameters[60:], abs=1e-12)
 
@@ -146,13 +138,13 @@ def test_directions_of_a_motor_that_turns_against_a_joint_are_exchanged():
     truth = coupled_arm("wam7", 1)
     found = identify_motion([coupled_log(truth, 1)], truth.arm, MotionRule(coupled=True))
     values = fitted_values(found)
-    up, down = (found.consistent.parameters[70:].reshape(7, 5)[:, k] for k in (1, 3))
-    assert values.friction[2].positive.coulomb == pytest.approx(up[2] + down[1] / 1.68)
-    assert values.friction[2].negative.coulomb == pytest.approx(down[2] + up[1] / 1.68)
-    assert values.friction[1].positive.coulomb == pytest.approx(up[1] + 1.68 * up[2])
-    J, slope = (found.consistent.parameters[70:].reshape(7, 5)[:, k] for k in (0, 2))
+    J, up, slope, down, _ = found.consistent.parameters[70:].reshape(7, 5).T
+    second, third = values.friction[1], values.friction[2]
+    assert (third.positive.coulomb, third.negative.coulomb, second.positive.coulomb) == pytest.approx(
+        (up[2] + down[1] / 1.68, down[2] + up[1] / 1.68, up[1] + 1.68 * up[2])
+    )
     assert values.armature.value[1] == pytest.approx(J[1] + 1.68**2 * J[2])
-    assert values.friction[1].positive.viscous == pytest.approx(slope[1] + 1.68**2 * slope[2])
+    assert second.positive.viscous == pytest.approx(slope[1] + 1.68**2 * slope[2])
     pulleys = np.hypot(1.0, [1.0 / 1.68, 1.68])  # a motor is slow where its joints at the usual speed leave it so
     assert found.rule.samples.slowest == pytest.approx([0.05, *(0.05 * pulleys), 0.05, *[0.05 * 2**0.5] * 2, 0.05])
 
@@ -163,11 +155,9 @@ def test_the_command_has_both_forms(lwr_dyn_command, joints_log, tmp_path):
     command = ("identify", "motion", "tx40", str(path))
     for option, coupled in (("--coupled", True), ("--uncoupled", False)):
         code, out, _ = lwr_dyn_command(*command, option, "--json", "--as-logged")
-        assert (code, json.loads(out)["coupled"]) == (0, coupled)
-        assert ("left out: a rotor" in out) is not coupled
+        assert (code, json.loads(out)["coupled"], "left out: a rotor" in out) == (0, coupled, not coupled)
     code, _, err = lwr_dyn_command(*command, "--coupled", "--motor-side")
-    assert code == 2
-    assert "--coupled: would do nothing here; allowed: without --motor-side" in err
+    assert (code, "--coupled: would do nothing here; allowed: without --motor-side" in err) == (2, True)
 
 
 def test_a_load_is_found_beside_the_friction_of_the_motors():
@@ -198,7 +188,6 @@ def test_a_load_is_said_with_what_its_fit_leaves_out(lwr_dyn_command, joints_log
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(MOTORS))
 def test_parameters_of_twenty_logs_lie_within_three_sigma(name):
-    base, whole = misses(name, range(20))
-    for z, least in ((base, 0.99), (whole, 0.99)):
-        assert np.mean(np.abs(z) < 3.0) > least
-        assert np.sqrt(np.mean(np.square(z))) < 1.1
+    for z in misses(name, range(20)):
+        assert inside(z) > 0.99
+        assert rms(z) < 1.1

@@ -7,7 +7,12 @@ import pytest
 
 from lwr_dyn.identification.regression.drive_gains import FreedGains, gains_alone, volume_of
 from lwr_dyn.identification.regression.information import information_of
-from lwr_dyn.identification.regression.load_friction import load_indices, loads_moved, with_load_friction
+from lwr_dyn.identification.regression.load_friction import (
+    load_indices,
+    loads_moved,
+    with_load_friction,
+    with_moving_loads,
+)
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
 
@@ -32,94 +37,87 @@ def samples(plant, lwr, gains):
     return replace(seen, tau=gains * plant.columns.torques(seen.q, seen.dq, seen.ddq, plant.parameters) + noise)
 
 
-def rows_of(samples, information, about):
-    """W, the columns of gains, torques and noise, (m, b), (m, n), (m,), (m,) row by row."""
-    columns, base = information.columns, information.base
-    W = columns(samples.q, samples.dq, samples.ddq)[:, :, base.kept]
-    moving = np.where(np.isin(base.kept, columns.friction_indices), 0.0, about)
-    D = np.einsum("kj,ji->kji", W @ moving, np.eye(columns.n))
-    noise = np.broadcast_to(information.noise, samples.tau.shape)
-    return W[samples.used], D[samples.used], samples.tau[samples.used], noise[samples.used]
+def without_last(samples):
+    used = samples.used.copy()
+    used[:, 6] = False
+    return replace(samples, used=used)
 
 
-def test_gains_from_normal_equations_are_those_from_rows(samples, plant):
-    given, taken = information_of(samples, plant.columns), np.linspace(-0.05, 0.1, 7)
-    about, volume = given.values * 1.02, np.linspace(0.0, 5.0, 7)
-    W, D, tau, noise = rows_of(samples, given, about)
-    X = np.hstack([W, D]) / noise[:, None]
-    prior = np.diag([0.0] * W.shape[1] + [WIDTH**-2.0] * 7)
-    side = X.T @ (tau / noise)
-    side[-7:] -= taken / WIDTH**2 + volume
-    covariance = np.linalg.inv(X.T @ X + prior)
-    values, b = covariance @ side, W.shape[1]
-    freed = FreedGains.of(given, taken, WIDTH, about, volume)
-    sigma = np.sqrt(np.diag(covariance))
-    assert np.abs((freed.information.values - values[:b]) / sigma[:b]).max() < 1e-5
-    assert freed.information.sigma == pytest.approx(sigma[:b], rel=1e-5)
-    assert freed.steps(values[:b]) == pytest.approx(-np.log1p(-values[b:]), abs=1e-7)
-    assert freed.covariance(covariance[:b, :b]) == pytest.approx(covariance[b:, b:], rel=1e-4, abs=1e-9)
+@pytest.mark.parametrize("moving", [False, True], ids=["known loads", "loads that move"])
+def test_gains_are_those_of_the_equations_of_both_written_out(samples, plant, moving):
+    """The score of the columns X, then of the gains' columns D, its slope, its variance: by rows.
 
-
-def test_gains_and_loads_that_move_with_the_bodies_are_those_of_the_equations_of_both(samples, plant):
-    """The score of X, then of the gains' columns D, its slope by differences of the torques, its variance: by rows."""
-    there = replace(plant.columns, carried=plant.parameters[plant.columns.table_indices])
-    share = np.zeros(there.count)
-    share[load_indices(there)] = 0.3
-    samples = replace(samples, tau=samples.tau + there.torques(samples.q, samples.dq, samples.ddq, share))
-    columns = with_load_friction(samples, plant.columns)
-    given, taken = information_of(samples, columns), np.linspace(-0.05, 0.1, 7)
-    about, loads = given.values * 1.02, load_indices(columns)
-    dry = np.isin(given.base.kept, np.setdiff1d(columns.friction_indices, loads))
-    W = columns(samples.q, samples.dq, samples.ddq)[:, :, given.base.kept]
+    Loads that friction grows with move with the bodies: then the slope is that of differences of the torques.
+    """
+    columns, taken, volume = plant.columns, np.linspace(-0.05, 0.1, 7), np.linspace(0.0, 5.0, 7) * (not moving)
+    states = samples.q, samples.dq, samples.ddq
+    if moving:
+        there = replace(columns, carried=plant.parameters[columns.table_indices])
+        share = np.zeros(there.count)
+        share[load_indices(there)] = 0.3
+        samples = replace(samples, tau=samples.tau + there.torques(*states, share))
+        columns = with_load_friction(samples, columns)
+    given, loads = information_of(samples, columns), load_indices(columns)
+    about, kept, b = given.values * 1.02, given.base.kept, given.base.count
+    dry = np.isin(kept, np.setdiff1d(columns.friction_indices, loads))
+    W = columns(*states)[:, :, kept]
     D = np.einsum("kj,ji->kji", W @ np.where(dry, 0.0, about), np.eye(7))
     weight = samples.used / np.square(given.noise)
 
     def torques(values):
         whole = np.zeros(columns.count)
-        whole[given.base.kept] = values
-        at = replace(columns, carried=whole[columns.table_indices])
-        return at.torques(samples.q, samples.dq, samples.ddq, whole)
+        whole[kept] = values
+        at = replace(columns, carried=whole[columns.table_indices]) if moving else columns
+        return at.torques(*states, whole)
 
-    h, b = 1e-6, given.base.count
-    J = np.stack([(torques(given.values + e) - torques(given.values - e)) / (2 * h) for e in h * np.eye(b)], axis=2)
+    h, J = 1e-6, W
+    if moving:
+        J = np.stack([(torques(given.values + e) - torques(given.values - e)) / (2 * h) for e in h * np.eye(b)], axis=2)
     X, slope = (np.concatenate([one, D], axis=2) for one in (W, J))
     prior = np.diag([0.0] * b + [WIDTH**-2.0] * 7)
     M, V = (np.einsum("kjb,kj,kjc->bc", X, weight, one) + prior for one in (slope, X))
     score = np.einsum("kjb,kj,kj->b", X, weight, samples.tau - torques(given.values))
-    score[b:] -= taken / WIDTH**2
-    wanted, inverse = np.concatenate([given.values, np.zeros(7)]), np.linalg.inv(M)
-    wanted, covariance = wanted + inverse @ score, inverse @ V @ inverse.T
+    score[b:] -= taken / WIDTH**2 + volume
+    inverse = np.linalg.inv(M)
+    wanted, covariance = np.concatenate([given.values, np.zeros(7)]) + inverse @ score, inverse @ V @ inverse.T
     sigma = np.sqrt(np.diag(covariance))
-    freed = FreedGains.of(given, taken, WIDTH, about, moving=loads_moved(samples, given, given.values))
-    assert np.abs((freed.information.values - wanted[:b]) / sigma[:b]).max() < 0.02
-    assert freed.information.sigma == pytest.approx(sigma[:b], rel=1e-3)
-    assert freed.steps(wanted[:b]) == pytest.approx(-np.log1p(-wanted[b:]), abs=1e-3 * sigma[b:].min())
+    change = loads_moved(samples, given, given.values) if moving else None
+    freed = FreedGains.of(given, taken, WIDTH, about, volume, moving=change)
+    off, near = (0.02, 1e-3) if moving else (1e-5, 1e-5)
+    assert np.abs((freed.information.values - wanted[:b]) / sigma[:b]).max() < off
+    assert freed.information.sigma == pytest.approx(sigma[:b], rel=near)
+    assert freed.steps(wanted[:b]) == pytest.approx(-np.log1p(-wanted[b:]), abs=near * sigma[b:].min() + 1e-7)
     assert freed.covariance(covariance[:b, :b]) == pytest.approx(covariance[b:, b:], rel=1e-3, abs=1e-8)
-    still = FreedGains.of(given, taken, WIDTH, about)
-    assert np.abs(still.information.sigma / sigma[:b] - 1.0).max() > 0.05
-    whole = np.zeros(columns.count)
-    whole[given.base.kept] = given.values
-    sure = np.sqrt(np.diag(freed.with_friction(whole, np.zeros((columns.count,) * 2))))
-    assert not sure[loads].any()  # a share is none of torque
-    assert (sure[np.setdiff1d(columns.friction_indices, loads)] > 0.0).all()
-    same = np.diag(freed.gains(covariance[:b, :b]).covariance)
-    noise = replace(freed.gains(covariance[:b, :b]), covariance=np.diag(1e-12 * same))
-    loaded = freed.with_errors_of(noise)
-    known = np.linalg.inv(M[:b, :b])
-    assert loaded.sigma == pytest.approx(np.sqrt(np.diag(known @ V[:b, :b] @ known.T)), rel=1e-3)
+    gains = freed.gains(covariance[:b, :b])
+    sure = freed.with_errors_of(replace(gains, covariance=1e-12 * np.diag(np.diag(gains.covariance))))
+    alone = np.linalg.inv(M[:b, :b])
+    assert sure.sigma == pytest.approx(np.sqrt(np.diag(alone @ V[:b, :b] @ alone.T)), rel=1e-3)
+    if moving:
+        assert with_moving_loads(samples, given).sigma == pytest.approx(sure.sigma, rel=1e-3)
+        still = FreedGains.of(given, taken, WIDTH, about)
+        assert np.abs(still.information.sigma / sigma[:b] - 1.0).max() > 0.05
+        whole = np.zeros(columns.count)
+        whole[kept] = given.values
+        added = np.diag(freed.with_friction(whole, np.zeros((columns.count,) * 2)))
+        assert not added[loads].any()  # a share is none of torque
+        assert (added[np.setdiff1d(columns.friction_indices, loads)] > 0.0).all()
 
 
-def test_a_joint_without_equations_has_the_prior_s_gain_beside_shares_of_the_load(samples, plant):
-    used = samples.used.copy()
-    used[:, 6] = False
-    five = replace(samples, used=used)
-    given = information_of(five, with_load_friction(five, plant.columns))
-    freed = FreedGains.of(given, np.zeros(7), WIDTH, moving=loads_moved(five, given, given.values))
+def test_a_joint_without_equations_keeps_the_prior_s_gain(samples, plant, gains):
+    """Also beside shares of the load, and in a log without noise."""
+    six = without_last(samples)
+    given = information_of(six, with_load_friction(six, plant.columns))
+    freed = FreedGains.of(given, np.zeros(7), WIDTH, moving=loads_moved(six, given, given.values))
+    errors = freed.covariance(freed.information.covariance)
     assert np.isfinite(freed.information.values).all()
-    d = freed.steps(freed.information.values)
-    assert d[6] == pytest.approx(0.0, abs=1e-9)
-    assert freed.covariance(freed.information.covariance)[6, 6] == pytest.approx(WIDTH**2)
-    assert (np.diag(freed.covariance(freed.information.covariance))[:4] < 0.3 * WIDTH**2).all()
+    assert freed.steps(freed.information.values)[6] == pytest.approx(0.0, abs=1e-9)
+    assert errors[6, 6] == pytest.approx(WIDTH**2)
+    assert (np.diag(errors)[:4] < 0.3 * WIDTH**2).all()
+    exact = gains * plant.columns.torques(samples.q, samples.dq, samples.ddq, plant.parameters)
+    information = information_of(replace(six, tau=exact), plant.columns)
+    logs = gains_alone(information.normal, plant.columns, information.base, WIDTH)
+    assert np.ptp(logs[:6] - np.log(gains[:6])) < 1e-3
+    assert logs[6] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_gains_alone_meet_the_truth_and_leave_the_common_factor_to_the_prior(samples, plant, gains):
@@ -185,14 +183,3 @@ def test_the_volume_counts_parameters_of_bodies(samples, plant):
     covariance = np.zeros((plant.columns.count,) * 2)
     covariance[np.ix_(given.base.kept, given.base.kept)] = given.covariance
     assert volume_of(given, covariance).sum() == pytest.approx(np.sum(given.base.kept < plant.columns.bodies), rel=1e-6)
-
-
-def test_a_joint_without_equations_keeps_its_prior_and_a_log_without_noise_is_no_trouble(samples, plant, gains):
-    used = samples.used.copy()
-    used[:, 6] = False
-    exact = gains * plant.columns.torques(samples.q, samples.dq, samples.ddq, plant.parameters)
-    information = information_of(replace(samples, used=used, tau=exact), plant.columns)
-    logs = gains_alone(information.normal, plant.columns, information.base, WIDTH)
-    apart = logs[:6] - np.log(gains[:6])
-    assert np.ptp(apart) < 1e-3
-    assert logs[6] == pytest.approx(0.0, abs=1e-9)

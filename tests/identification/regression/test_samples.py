@@ -14,7 +14,7 @@ from lwr_dyn.identification.logs.joint_log import JointLog, log_of_run
 from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from lwr_dyn.identification.regression import samples as module
 from lwr_dyn.identification.regression.information import information_of
-from lwr_dyn.identification.regression.samples import SampleRule, sample_parts, samples_of
+from lwr_dyn.identification.regression.samples import SampleRule, sample_notes, sample_parts, samples_of
 from lwr_dyn.identification.regression.stribeck import stribeck_search
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.friction import Direction, JointFriction
@@ -23,14 +23,19 @@ from lwr_dyn.model.transmission import Transmission
 RATE = 1000.0
 
 
-def sines(seconds=4.0, rate=RATE, noise=0.0, seed=0):
-    """Two joints on sines of 0.5 and 1.2 Hz: log, and the exact q, dq, ddq."""
+def sines(seconds=4.0, rate=RATE, noise=0.0):
+    """Two joints on sines of 0.5 and 1.2 Hz: log, and the exact dq, ddq."""
     t = np.arange(round(seconds * rate)) / rate
     w = 2 * np.pi * np.array([0.5, 1.2])
     q, dq, ddq = np.sin(w * t[:, None]), w * np.cos(w * t[:, None]), -(w**2) * np.sin(w * t[:, None])
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     log = JointLog("sines", (1, 2), t, q + noise * rng.normal(size=q.shape), rng.normal(size=q.shape))
     return log, dq, ddq
+
+
+def rows_of(samples, rate=RATE):
+    """Of the log, at each instant."""
+    return np.round(samples.t * rate).astype(int)
 
 
 def turned_round(t, speed, period):
@@ -48,27 +53,39 @@ def used_but_for_turns(used, otherwise, t, speed, period=1 / 20):
     return not (used & sure).any() and (used | perhaps)[otherwise].all() and otherwise[used].all()
 
 
-def test_states_of_smooth_motions_are_exact_and_torques_untouched():
+@pytest.mark.parametrize(
+    ("cutoff", "of_q", "of_dq", "of_ddq"), [(20.0, 1e-5, 1e-4, 2e-3), (None, 1e-15, 1e-9, 1e-8)], ids=["20 Hz", "none"]
+)
+def test_states_of_smooth_motions_are_exact_and_torques_untouched(cutoff, of_q, of_dq, of_ddq):
+    """Without a filter to order 4 in the step; four periods of the filter are left out at both ends."""
     log, dq, ddq = sines()
-    found = samples_of([log], SampleRule(slowest=0.0))
-    at = np.round(found.t * RATE).astype(int)
-    assert np.abs(found.q - log.q[at]).max() < 1e-5
-    assert np.abs(found.dq - dq[at]).max() < 1e-4
-    assert np.abs(found.ddq - ddq[at]).max() < 2e-3
+    found = samples_of([log], SampleRule(cutoff=cutoff, slowest=0.0))
+    at = rows_of(found)
+    for name, exact, error in (("q", log.q, of_q), ("dq", dq, of_dq), ("ddq", ddq, of_ddq)):
+        assert np.abs(getattr(found, name) - exact[at]).max() < error
     assert (found.tau == log.tau[at]).all()
-    assert np.diff(at) == pytest.approx(10)
-    raw = samples_of([log], SampleRule(cutoff=None, slowest=0.0))
-    at = np.round(raw.t * RATE).astype(int)
-    assert np.abs(raw.dq - dq[at]).max() < 1e-9  # order 4 in the step
-    assert np.abs(raw.ddq - ddq[at]).max() < 1e-8
+    edge = 202 if cutoff else 2
+    assert (np.diff(at) == 10).all()
+    assert edge <= at[0] <= edge + 1
+    assert edge < 4000 - at[-1] <= edge + 11
+
+
+def test_own_speeds_stand_in_for_differences():
+    """Through the same filter; accelerations are their differences."""
+    log, dq, ddq = sines()
+    for cutoff, errors in ((20.0, (1e-3, 1e-2)), (None, (1e-12, 1e-7))):
+        rule = SampleRule(cutoff=cutoff, own_speeds=True)
+        found = samples_of([replace(log, dq=2.0 * dq)], rule)
+        for values, exact, error in zip((found.dq, found.ddq), (2.0 * dq, 2.0 * ddq), errors, strict=True):
+            assert np.abs(values - exact[rows_of(found)]).max() < error
+        assert (samples_of([log], rule).dq == samples_of([log], replace(rule, own_speeds=False)).dq).all()
 
 
 def test_the_filter_takes_away_the_noise_of_accelerations():
     log, _, ddq = sines(noise=1e-5)
-    rows = lambda s: np.round(s.t * RATE).astype(int)  # noqa: E731
     filtered, raw = samples_of([log]), samples_of([log], SampleRule(cutoff=None))
-    assert np.std(filtered.ddq - ddq[rows(filtered)]) < 0.03
-    assert np.std(raw.ddq - ddq[rows(raw)]) > 10.0
+    assert np.std(filtered.ddq - ddq[rows_of(filtered)]) < 0.03
+    assert np.std(raw.ddq - ddq[rows_of(raw)]) > 10.0
 
 
 def test_slow_joints_and_torques_that_are_cut_out_have_no_equation():
@@ -82,6 +99,8 @@ def test_slow_joints_and_torques_that_are_cut_out_have_no_equation():
     assert used_but_for_turns(found.used, otherwise, found.t, dq)
     assert np.isfinite(found.tau).all()
     assert found.equations == found.used.sum()
+    every = samples_of([log], SampleRule(slowest=3.0).taking_all())
+    assert every.used.all()
 
 
 def test_a_joint_waits_for_all_motors_that_drive_it():
@@ -98,16 +117,16 @@ def test_a_joint_waits_for_all_motors_that_drive_it():
     assert used_but_for_turns(gears.used, np.abs(gears.dq * [2.0, -1.0]) > 3.0, gears.t, dq)
 
 
-@pytest.mark.parametrize("cutoff", [8.0, 20.0, None])
-def test_within_the_reach_of_the_filter_of_a_reversal_a_joint_has_no_equation(cutoff):
+@pytest.mark.parametrize(("cutoff", "reach"), [(8.0, 1.0), (20.0, 1.0), (20.0, 2.0), (20.0, 0.0), (None, 1.0)])
+def test_within_the_reach_of_the_filter_of_a_reversal_a_joint_has_no_equation(cutoff, reach):
     """On both sides, for that joint alone; without a filter the speed is right up to the reversal."""
     log, dq, _ = sines(8.0)
-    found = samples_of([log], SampleRule(cutoff, slowest=0.0))
-    everywhere = np.ones(found.used.shape, dtype=bool)
-    if cutoff is None:
+    found = samples_of([log], SampleRule(cutoff, slowest=0.0, reach=reach))
+    if cutoff is None or reach == 0.0:
         assert found.used.all()
     else:
-        assert used_but_for_turns(found.used, everywhere, found.t, dq, 1 / cutoff)
+        everywhere = np.ones(found.used.shape, dtype=bool)
+        assert used_but_for_turns(found.used, everywhere, found.t, dq, reach / cutoff)
         assert (found.used.mean(axis=0) < 0.98).all()
 
 
@@ -116,13 +135,19 @@ def test_gaps_part_recordings_and_a_short_one_is_left_out():
     second, *_ = sines(3.0)
     t = np.concatenate([first.t, first.t[-1] + 5.0 + second.t[:-50], 100.0 + second.t[:50]])
     q, tau = (np.concatenate([getattr(first, x), getattr(second, x)]) for x in ("q", "tau"))
-    found = samples_of([JointLog("two", (1, 2), t, q, tau), second])
+    gaps, alone = JointLog("two", (1, 2), t, q, tau), samples_of([first])
+    found = samples_of([gaps, second])
     assert found.sources == ("two", "two", "sines")
-    assert np.bincount(found.recording).tolist() == [len(samples_of([first])), 255, len(samples_of([second]))]
-    alone = samples_of([first])
+    assert np.bincount(found.recording).tolist() == [len(alone), 255, len(samples_of([second]))]
     chosen = found.select(found.recording == 0)
     assert (chosen.ddq == alone.ddq).all()
-    assert len(chosen.select(slice(0, 7))) == 7
+    assert (len(chosen.select(slice(0, 7))), chosen.rows_in(0.1), chosen.rows_in(1e-9)) == (7, 10, 1)
+    assert sample_notes([first, gaps], SampleRule()) == (
+        "two: 3 recordings, split at gaps of 5 s at 1.999 s, 90.05 s at 9.948 s",
+    )
+    assert sample_notes([sines(20.0, rate=25.0)[0]], SampleRule()) == (
+        "sines: filtered at 10 Hz in place of 20 Hz, which is too near to half of its rate of 25 Hz",
+    )
 
 
 def test_a_long_log_in_parts_is_the_same(monkeypatch):
@@ -132,8 +157,8 @@ def test_a_long_log_in_parts_is_the_same(monkeypatch):
     parts = list(sample_parts([log]))
     assert len(parts) == 10
     joined = samples_of([log])
-    assert (joined.t == whole.t).all()
-    assert (joined.used == whole.used).all()
+    assert np.array_equal(joined.t, whole.t)
+    assert np.array_equal(joined.used, whole.used)
     assert np.abs(joined.dq - whole.dq).max() < 1e-10
     assert np.abs(joined.ddq - whole.ddq).max() < 1e-7
 
@@ -141,7 +166,7 @@ def test_a_long_log_in_parts_is_the_same(monkeypatch):
 def test_a_slow_log_lowers_the_cutoff():
     log, dq, _ = sines(20.0, rate=25.0)
     found = samples_of([log], SampleRule(slowest=0.0))
-    at = np.round(found.t * 25.0).astype(int)
+    at = rows_of(found, 25.0)
     assert np.diff(at).max() == 1
     assert np.abs(found.dq - dq[at]).max() < 0.02
 
@@ -157,26 +182,24 @@ def test_rows_of_an_uneven_clock_are_those_of_the_even_one():
     assert np.abs(np.interp(true.t, found.t, found.q[:, 0]) - true.q[:, 0]).max() < 2e-3
 
 
-def test_logs_of_no_clock_and_short_ones_are_refused():
+@pytest.mark.parametrize(("rows", "words"), [(300, "short: rows: 300 between gaps in time; needed: recordings longer"),
+                                              (4, "short: rows: 4 between"), (None, "logs: rows: 0")])  # fmt: skip
+def test_logs_that_are_too_short_for_the_filter_are_refused(rows, words):
     log, *_ = sines(1.0)
-    t = log.t.copy()
-    t[50] = t[49]
-    with pytest.raises(LogError, match=r"sines: row 51, column time: 0.049 s after 0.049 s; needed: times that rise"):
-        samples_of([JointLog("sines", (1, 2), t, log.q, log.tau)])
-    with pytest.raises(LogError, match=r"short: rows: 300 between gaps in time; needed: recordings longer"):
-        samples_of([JointLog("short", (1, 2), log.t[:300], log.q[:300], log.tau[:300])])
-    with pytest.raises(LogError, match="logs: rows: 0"):
-        samples_of([])
+    logs = [] if rows is None else [JointLog("short", (1, 2), log.t[:rows], log.q[:rows], log.tau[:rows])]
+    with pytest.raises(LogError, match=words):
+        samples_of(logs)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"cutoff": 0.0}, "sample cutoff: 0.0; allowed: a frequency above 0, or none"),
-        ({"spacing": -1.0}, "sample spacing: -1.0; allowed: a number above 0"),
-        ({"slowest": float("nan")}, "sample slowest: nan; allowed: a number >= 0"),
-    ],
-)
+BAD_RULES = [
+    ({"cutoff": 0.0}, "sample cutoff: 0.0; allowed: a frequency above 0, or none"),
+    ({"spacing": -1.0}, "sample spacing: -1.0; allowed: a number above 0"),
+    ({"slowest": float("nan")}, "sample slowest: nan; allowed: a number >= 0"),
+    ({"reach": -0.1}, "sample reach: -0.1; allowed: a number >= 0"),
+]
+
+
+@pytest.mark.parametrize(("options", "message"), BAD_RULES)
 def test_rules_outside_what_is_allowed(options, message):
     with pytest.raises(OptionError, match=message):
         SampleRule(**options)

@@ -9,6 +9,7 @@ import lwr_dyn
 from lwr_dyn.dynamics.regressor import Regressor
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError, ShapeError
 from lwr_dyn.identification.regression import torque_columns
+from lwr_dyn.identification.regression.least_squares import base_parameters
 from lwr_dyn.identification.regression.torque_columns import JointColumns, TorqueColumns
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.friction import Direction, JointFriction, friction_torque
@@ -69,16 +70,25 @@ def test_a_sliding_joint_has_columns_too():
 
 
 def test_masses_of_the_chain_play_no_part():
-    arm, q = lwr_dyn.load("lwr4plus"), states(7)
+    arm, x = lwr_dyn.load("lwr4plus"), states(7)
     bare = replace(arm.chain, links=tuple(replace(link, body=None, rotor=None) for link in arm.chain.links))
-    assert (TorqueColumns(bare)(*q) == TorqueColumns(arm.chain)(*q)).all()
+    assert (TorqueColumns(bare)(*x) == TorqueColumns(arm.chain)(*x)).all()
 
 
-def test_base_parameters_are_named_in_full():
+def test_base_parameters_carry_all_the_torque_and_are_named_in_full(wam):
+    """A set with the same base gives the same torques."""
+    columns, x = TorqueColumns(wam.chain, "directions"), states(7)
+    base, full, Y = columns.base(), columns.own(wam), columns(*states(7))
+    assert np.abs(Y[:, :, base.kept] @ base.of(full) - Y @ full).max() < 1e-11
+    other = full + np.linalg.svd(base.grouping)[2][base.count :].T @ np.ones(full.size - base.count)
+    assert np.abs(other - full).max() > 0.1
+    assert np.abs(Y @ other - Y @ full).max() < 1e-11
+    bodies = Regressor(lwr_dyn.load("lwr4plus").chain)
+    rows = bodies(*x)[:, :, :70].reshape(-1, 70)
+    assert base_parameters(rows, bodies.names[:70]).count == 43  # known for this structure, friction and rotors apart
     names = TorqueColumns(lwr_dyn.load("lwr4plus").chain).base().statements()
-    assert any((" 0.16 m_3" in name and "0.4 mz_3" in name) or " 0.16 m_" in name for name in names), names
-    assert "mx_2" in names
-    assert {f"coulomb_{j}" for j in range(1, 8)} <= set(names)
+    assert names[1] == "mz_2 + 0.4 m_3 - my_3 + 0.4 m_4 + 0.4 m_5 + 0.4 m_6 + 0.4 m_7"  # d_3 is 0.4 m
+    assert {"mx_2", *(f"coulomb_{j}" for j in range(1, 8))} <= set(names)
 
 
 def test_motors_behind_a_transmission_rub_at_their_own_speeds():
@@ -118,24 +128,19 @@ def test_friction_goes_there_and_back(form):
     model = JointFriction(Direction(3.0, 0.5, 4.0, 0.07), Direction(3.0, 0.5, 4.0, 0.07), 0.25)
     joint, dq = JointColumns(form, (0.07,)), np.linspace(-1.0, 1.0, 30)
     values = np.array(joint.values_of(model, 0.4))
-    back = joint.friction_of(values)
-    assert back.torque(dq) == pytest.approx(model.torque(dq), abs=1e-14)
+    assert joint.friction_of(values).torque(dq) == pytest.approx(model.torque(dq), abs=1e-14)
     assert joint(dq, np.zeros(30)) @ values == pytest.approx(model.torque(dq), abs=1e-14)
-    assert values[0] == 0.4
-    assert len(joint.names) == values.size
+    assert (values[0], values.size) == (0.4, len(joint.names))
 
 
-def test_unequal_directions_are_a_mean_and_an_offset():
+def test_unequal_directions_are_a_mean_and_an_offset_and_levels_below_zero_are_zero():
     """Coulomb 4 up and 2 down is 3 both ways about an offset of 1: exact where the slopes are equal."""
     model, dq = JointFriction(Direction(4.0, 0.5), Direction(2.0, 0.5), 0.25), np.array([-0.7, 0.3])
     joint = JointColumns("symmetric")
     assert joint.values_of(model, 0.0) == [0.0, 3.0, 0.5, 1.25]
     assert joint(dq, 0 * dq) @ joint.values_of(model, 0.0) == pytest.approx(model.torque(dq))
-
-
-def test_levels_that_noise_put_below_zero_are_zero():
-    model = JointColumns("symmetric", (0.1,)).friction_of(np.array([0.0, -0.1, 0.5, 0.2, -0.3]))
-    assert model == JointFriction(Direction(0.0, 0.5), Direction(0.0, 0.5), 0.2)
+    noisy = JointColumns("symmetric", (0.1,)).friction_of(np.array([0.0, -0.1, 0.5, 0.2, -0.3]))
+    assert noisy == JointFriction(Direction(0.0, 0.5), Direction(0.0, 0.5), 0.2)
     two = JointColumns("directions").friction_of(np.array([0.0, 0.5, 1.0, -0.1, 1.0]))
     assert two.torque([-1.0, 1.0]) == pytest.approx([-0.9, 1.5])
 

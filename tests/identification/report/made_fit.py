@@ -13,22 +13,10 @@ from lwr_dyn.identification.report.motion_report import DrawnMotion, figure_sect
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric
+from tests.identification.simulated import fourier_states
 
 NOISE = 0.1
 BAD = '<img src=x onerror="alert(1)">'
-
-
-def motion(arm: Arm, seconds: float, seed: int) -> tuple[np.ndarray, ...]:
-    """t, q, dq, ddq at 100 Hz of five harmonics of 0.1 Hz at every joint."""
-    rng = np.random.default_rng(seed)
-    t = np.arange(0.0, seconds, 0.01)
-    w = 2.0 * np.pi * 0.1 * np.arange(1, 6)
-    size, phase = rng.normal(0.0, 0.25, (5, arm.n)), rng.uniform(0.0, 6.0, (5, arm.n))
-    angle = w[:, None, None] * t[:, None] + phase[:, None, :]
-    q = np.einsum("ij,ikj->kj", size, np.sin(angle)) + np.resize([0.0, 0.7], arm.n)
-    dq = np.einsum("ij,ikj->kj", size * w[:, None], np.cos(angle))
-    ddq = -np.einsum("ij,ikj->kj", size * w[:, None] ** 2, np.sin(angle))
-    return t, q, dq, ddq
 
 
 def moved(body: Body, size: float) -> Body:
@@ -43,7 +31,8 @@ def made_fit(arm: Arm | None = None, source: str = "log", impossible: int | None
     friction = tuple(JointFriction(Direction(3.0 + j, 2.0), Direction(2.5 + j, 2.2), 0.3) for j in range(arm.n))
     recordings, speeds, torques = [], [], []
     for k, seconds in enumerate((12.0, 6.0)):
-        t, q, dq, ddq = motion(arm, seconds, k)
+        t, q, dq, ddq = fourier_states(arm.n, seconds, k)
+        q = q + np.resize([0.0, 0.7], arm.n)
         rigid = dynamics.inverse_dynamics(q, dq, ddq)
         predicted = rigid + np.column_stack([one.torque(dq[:, j]) for j, one in enumerate(friction)])
         measured = predicted + rng.normal(0.0, NOISE, q.shape)

@@ -72,9 +72,8 @@ def test_torques_that_were_cut_out_leave_a_gap(shown):
     one = shown.recordings[0]
     measured, used = one.measured.copy(), one.used.copy()
     measured[200:400, 0], used[200:400, 0], measured[:, 1], used[:, 1] = np.nan, False, np.nan, False
-    text = torque_rows_html(
-        replace(one, measured=measured, used=used), shown.noise, shown.arm.joint_names, ("N m",) * 7
-    )
+    cut = replace(one, measured=measured, used=used)
+    text = torque_rows_html(cut, shown.noise, shown.arm.joint_names, ("N m",) * 7)
     lines = re.findall(r'<path class="ref" d="([^"]+)"', text)
     assert [line.count("M") for line in lines] == [2, 1, 1, 1, 1, 1]
     assert "<span>RMS left</span> <b>none</b>" in text
@@ -82,22 +81,17 @@ def test_torques_that_were_cut_out_leave_a_gap(shown):
 
 
 def test_a_friction_map_jumps_at_rest_and_draws_the_table_too(shown):
-    text = friction_maps_html(
-        shown.speed,
-        shown.friction_torque,
-        shown.friction,
-        shown.friction_before,
-        shown.arm.joint_names,
-        (UNITS[JointKind.REVOLUTE],) * 7,
-    )
-    first, *others = text.split("<figure>")[1:]
-    assert first.count('class="ref"') == 1
-    assert not any('class="ref"' in other for other in others)
+    units = (UNITS[JointKind.REVOLUTE],) * 7
+
+    def maps(torque, *models):
+        return friction_maps_html(shown.speed, torque, *models, shown.arm.joint_names, units)
+
+    first, *others = maps(shown.friction_torque, shown.friction, shown.friction_before).split("<figure>")[1:]
+    assert [x.count('class="ref"') for x in (first, *others)] == [1, *[0] * 6]
     line = re.search(r'<path class="r1" d="([^"]+)"', first)[1]
     assert line.count("M") == 2
     assert 100 < first.count("h0") <= 600
-    none = friction_maps_html(shown.speed, np.full_like(shown.friction_torque, np.nan), (None,) * 7, (None,) * 7,
-                              shown.arm.joint_names, (UNITS[JointKind.REVOLUTE],) * 7)  # fmt: skip
+    none = maps(np.full_like(shown.friction_torque, np.nan), (None,) * 7, (None,) * 7)
     assert none.count("values that no friction can have") == 14
 
 

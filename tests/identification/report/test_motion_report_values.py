@@ -1,24 +1,34 @@
-"""From a fit to what the page shows: predictions, friction dots, full parameters, names of recordings."""
+"""From a fit to what the page shows: predictions, friction dots, full parameters, ellipsoids of links."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from lwr_dyn.identification.motion.validation import rms
+from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.identification.regression.information import information_of
-from lwr_dyn.identification.regression.samples import Samples
+from lwr_dyn.identification.regression.samples import Samples, exact_samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report import motion_report
+from lwr_dyn.identification.report.charts import central_moments, link_ellipsoid
+from lwr_dyn.model.chain import Body
+from lwr_dyn.model.spatial import from_rpy
 from lwr_dyn.model.transmission import Transmission
 from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
 
 NOISE = 0.05
 
 
+def spread(values):
+    """Standard deviation about 0 of what is known."""
+    return np.sqrt(np.nanmean(np.square(values)))
+
+
 @pytest.fixture(scope="module")
 def columns(lwr):
-    return TorqueColumns(lwr.chain, friction="directions")
+    return TorqueColumns(lwr.chain, "directions")
 
 
 @pytest.fixture(scope="module")
@@ -42,11 +52,9 @@ def test_the_truth_predicts_its_torques_and_leaves_its_friction(plant, columns, 
     drawn = motion_report.drawn_fit(samples, columns, plant.parameters)
     (one,) = drawn.recordings
     left = np.where(one.used, one.measured - one.predicted, np.nan)
-    assert rms(left) == pytest.approx(NOISE, rel=0.05)
+    assert spread(left) == pytest.approx(NOISE, rel=0.05)
     assert one.t[0] == 0.0
-    models = columns.friction_of(plant.parameters)
-    wanted = np.column_stack([m.torque(drawn.speed[:, j]) for j, m in enumerate(models)])
-    assert rms(drawn.torque - wanted) == pytest.approx(NOISE, rel=0.05)
+    assert spread(drawn.torque - of_models(columns, plant.parameters, drawn)) == pytest.approx(NOISE, rel=0.05)
     np.testing.assert_array_equal(np.isnan(drawn.torque), ~samples.used)
 
 
@@ -79,6 +87,11 @@ def test_torques_that_were_cut_out_are_not_drawn(columns, plant, samples):
     assert np.isfinite(drawn.recordings[0].measured[:, 3]).all()
 
 
+def of_models(columns, parameters, drawn):
+    """Friction by the models of parameters, at the speeds drawn."""
+    return np.column_stack([m.torque(drawn.speed[:, j]) for j, m in enumerate(columns.friction_of(parameters))])
+
+
 def test_friction_behind_a_coupling_is_that_of_the_motors(lwr):
     matrix = np.diag([2.0, 3.0, 1.5, 1.0, 1.0, 1.0, 1.0])
     matrix[1, 2] = 0.5
@@ -86,12 +99,41 @@ def test_friction_behind_a_coupling_is_that_of_the_motors(lwr):
     parameters = columns.own(lwr)
     for j in range(7):
         parameters[columns.of_joint(j)] = (0.01, 2.0 + j, 1.0, 0.1)
-    rng = np.random.default_rng(5)
-    motion = random_motion(lwr, 5.0, rng)
-    whole = np.ones_like(motion.q, dtype=bool)
-    tau = columns(motion.q, motion.dq, motion.ddq) @ parameters
-    samples = Samples(motion.t, motion.q, motion.dq, motion.ddq, tau, whole, np.zeros(len(tau), dtype=int), ("log",))
-    drawn = motion_report.drawn_fit(samples, columns, parameters)
-    models = columns.friction_of(parameters)
-    wanted = np.column_stack([m.torque(drawn.speed[:, j]) for j, m in enumerate(models)])
-    np.testing.assert_allclose(drawn.torque, wanted, atol=1e-9)
+    m = random_motion(lwr, 5.0, np.random.default_rng(5))
+    samples = exact_samples(m.t, m.q, m.dq, m.ddq, columns(m.q, m.dq, m.ddq) @ parameters)
+    drawn = motion_report.drawn_fit(replace(samples, used=np.ones_like(samples.used)), columns, parameters)
+    np.testing.assert_allclose(drawn.speed, m.dq @ matrix.T)
+    np.testing.assert_allclose(drawn.torque, of_models(columns, parameters, drawn), atol=1e-9)
+
+
+SIZES = st.tuples(*[st.floats(0.01, 0.5)] * 3)
+PLACES = st.tuples(*[st.floats(-0.5, 0.5)] * 3)
+
+
+@given(st.floats(0.1, 20.0), SIZES, PLACES, PLACES)
+def test_the_ellipsoid_of_a_solid_one_comes_back_with_its_moments(mass, sizes, rpy, com):
+    """I_1 = m (b^2 + c^2) / 5 about its own axes."""
+    squares, R = np.square(sizes), from_rpy(rpy)
+    tensor = R @ np.diag(mass / 5.0 * (squares.sum() - squares)) @ R.T
+    parameters = body_parameters(Body(mass, np.array(com), tensor))
+    found = link_ellipsoid(parameters)
+    np.testing.assert_allclose(found.semi_axes, np.sort(sizes)[::-1], rtol=1e-6, atol=1e-9)
+    assert np.linalg.det(found.axes) == pytest.approx(1.0)
+    matrix = found.image.matrix()
+    np.testing.assert_allclose(matrix[:3, 3], com, atol=1e-12)
+    np.testing.assert_allclose(matrix[:3, :3] @ matrix[:3, :3].T, R @ np.diag(squares) @ R.T, atol=1e-9)
+    own, centre, moments = central_moments(parameters)
+    assert own == mass
+    np.testing.assert_allclose(centre, com, atol=1e-12)
+    np.testing.assert_allclose(np.trace(moments) * np.eye(3) - moments, tensor, atol=1e-12)
+
+
+PLATE = np.array([2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("place", "value"), [(0, -1.0), (0, 0.0), (4, 5.0), (9, np.nan)], ids=["mass below 0", "no mass", "triangle", "nan"]
+)
+def test_a_plate_is_a_body_and_what_no_body_can_be_has_no_ellipsoid(place, value):
+    assert link_ellipsoid(PLATE).semi_axes[2] == 0.0
+    assert link_ellipsoid(np.where(np.arange(10) == place, value, PLATE)) is None
