@@ -80,6 +80,12 @@ def place_of(name, text, nth=0, word=""):
     return line, lines[line].index(text) + text.index(word or text) + 1
 
 
+def cursor(text, nth=0, word="", name=MAIN):
+    """The same as an editor counts: line and character from 0."""
+    line, column = place_of(name, text, nth, word)
+    return line, column - 1
+
+
 def put(project, *lines, name=MAIN, at="GOTO again"):
     """Lines that are written before the first one with a text: the context of the last of them."""
     whole = project.texts.get(name, FILES[name]).split("\n")

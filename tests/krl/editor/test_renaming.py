@@ -89,7 +89,7 @@ def test_a_name_that_stays_says_why(project, new, place, line, why):
 
 
 def test_of_a_name_that_is_declared_twice_no_use_is_certain(project):
-    with pytest.raises(KeptNameError, match=r"shared_count.*: which of them a use means is not certain, rename by hand"):
+    with pytest.raises(KeptNameError, match=r"shared_count.*which of them a use means is not certain, rename by"):
         rename(project.with_texts({"KRC/R1/Program/two.dat": TWIN}), "other", *COUNT)
     put(project, "ENUM DOOR_E OPEN, AJAR", name=CONFIG, at="STRUC")
     with pytest.raises(KeptNameError, match="#OPEN belongs to several ENUMs; which one is meant is not written here"):
