@@ -140,12 +140,7 @@ DECLARED_BY_NAME = f"DEF a( )\n%sINTERRUPT DECL LEVEL WHEN $IN[1] DO sub()\nINTE
 
 @pytest.mark.parametrize(
     ("line", "number", "first", "codes"),
-    [
-        ("", 16, "=16", []),
-        ("", 11, "=16", ["interrupt"]),
-        ("", 11, "", []),
-        ("LEVEL = 11\n", 11, "=16", []),
-    ],
+    [("", 16, "=16", []), ("", 11, "=16", ["interrupt"]), ("", 11, "", []), ("LEVEL = 11\n", 11, "=16", [])],
 )
 def test_an_interrupt_declared_by_the_first_value_of_a_variable(line, number, first, codes):
     data = f"DEFDAT a\nINT LEVEL{first}\nENDDAT\n"

@@ -160,11 +160,7 @@ def test_another_indentation(folder, lwr_dyn_command):
 
 @pytest.mark.parametrize(
     ("path", "message"),
-    [
-        ("none.src", "none.src: no such file"),
-        ("notes.txt", "ends in '.txt'"),
-        ("R1/Empty", "without KRL files"),
-    ],
+    [("none.src", "none.src: no such file"), ("notes.txt", "ends in '.txt'"), ("R1/Empty", "without KRL files")],
 )
 def test_bad_input_is_one_line(folder, refused, path, message):
     (folder / "R1" / "Empty").mkdir()
