@@ -94,13 +94,11 @@ def test_a_lent_file_that_cannot_be_read_is_told(folder):
 
 
 def test_a_submit_module_is_read_and_a_whole_folder_can_be_lent(folder):
-    where = folder(
-        {
-            "run/sps.sub": "DEF sps( )\nLOOP\ntold = TRUE\nhelper( )\nENDLOOP\nEND\n",
-            "lent/$config.dat": "DEFDAT $config\nBOOL told\nENDDAT\n",
-            "lent/helper.src": "DEF helper( )\nEND\n",
-        }
-    )
+    where = folder({
+        "run/sps.sub": "DEF sps( )\nLOOP\ntold = TRUE\nhelper( )\nENDLOOP\nEND\n",
+        "lent/$config.dat": "DEFDAT $config\nBOOL told\nENDDAT\n",
+        "lent/helper.src": "DEF helper( )\nEND\n",
+    })  # fmt: skip
     assert check_program(load_program(where / "run/sps.sub", [where / "lent"])) == ()
     assert len(check_program(load_program(where / "run/sps.sub"))) == 2
     with pytest.raises(FileAccessError, match="without KRL files"):
@@ -108,28 +106,24 @@ def test_a_submit_module_is_read_and_a_whole_folder_can_be_lent(folder):
 
 
 def test_each_module_has_its_own_data_while_a_program_runs(folder, arm):
-    where = folder(
-        {
-            "a.src": f"DEF a( )\n{HOME}b( )\np[3] = 5\nPTP_REL {{A1 p[3]}}\nPTP_REL {{A1 shared}}\nEND\n",
-            "a.dat": "DEFDAT a\nDECL INT p[3]\nENDDAT\n",
-            "b.src": "DEF b( )\np[5] = 7\nshared = p[5]\nEND\n",
-            "b.dat": "DEFDAT b PUBLIC\nDECL INT p[5]\nGLOBAL INT shared = 1\nENDDAT\n",
-        }
-    )
+    where = folder({
+        "a.src": f"DEF a( )\n{HOME}b( )\np[3] = 5\nPTP_REL {{A1 p[3]}}\nPTP_REL {{A1 shared}}\nEND\n",
+        "a.dat": "DEFDAT a\nDECL INT p[3]\nENDDAT\n",
+        "b.src": "DEF b( )\np[5] = 7\nshared = p[5]\nEND\n",
+        "b.dat": "DEFDAT b PUBLIC\nDECL INT p[5]\nGLOBAL INT shared = 1\nENDDAT\n",
+    })  # fmt: skip
     run = run_program(program(where, "a.src"), arm)
     assert [round(float(x.q[0]) * 57.29577951) for x in run.executed] == [0, 5, 12]
     assert run_program(load_program(where / "a.src", [where / "b.src"]), arm).cycle_time == run.cycle_time
 
 
 def test_names_that_differ_in_case_only_are_all_read_and_told(folder):
-    where = folder(
-        {
-            "a.src": "DEF a( )\nn = 1\nEND\n",
-            "A.src": "DEF A( )\nn = 1\nEND\n",
-            "b.src": "DEF b( )\nm = 1\nEND\n",
-            "B.DAT": "DEFDAT b\nINT m\nENDDAT\n",
-        }
-    )
+    where = folder({
+        "a.src": "DEF a( )\nn = 1\nEND\n",
+        "A.src": "DEF A( )\nn = 1\nEND\n",
+        "b.src": "DEF b( )\nm = 1\nEND\n",
+        "B.DAT": "DEFDAT b\nINT m\nENDDAT\n",
+    })  # fmt: skip
     project = load_project(where)
     assert sorted(project.homes) == ["A.src", "B.DAT", "a.src", "b.src"]
     assert [str(m.path) for m in project.modules] == ["A.src", "a.src", "b.src"]
@@ -138,12 +132,10 @@ def test_names_that_differ_in_case_only_are_all_read_and_told(folder):
 
 
 def test_a_fault_after_a_function_of_another_module_stands_in_the_calling_line(folder, arm):
-    where = folder(
-        {
-            "a.src": f"DEF a( )\n{HOME}PTP_REL {{A1 far( )}}\nEND\n",
-            "b.src": "DEF b( )\nEND\nGLOBAL DEFFCT INT far( )\nRETURN 300\nENDFCT\n",
-        }
-    )
+    where = folder({
+        "a.src": f"DEF a( )\n{HOME}PTP_REL {{A1 far( )}}\nEND\n",
+        "b.src": "DEF b( )\nEND\nGLOBAL DEFFCT INT far( )\nRETURN 300\nENDFCT\n",
+    })  # fmt: skip
     with pytest.raises(ProgramError, match=r"^a\.src:4:1: A1 = 300 deg"):
         run_program(program(where, "a.src"), arm)
 
