@@ -1,6 +1,7 @@
 """The least time along a path: closed forms, limits kept between points too, nothing left unused, a path unchanged."""
 
 import sys
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -194,10 +195,9 @@ BAD = [
 
 @pytest.mark.parametrize(("options", "error", "words"), BAD)
 def test_bad_options_are_one_line(ist, options, error, words):
+    made = partial(lwr_dyn.reference, "least-time", ARM) if "along" in options else partial(least_time, ARM, ist)
     with pytest.raises(error) as caught:
-        if "along" in options:
-            lwr_dyn.reference("least-time", ARM, **options)
-        least_time(ARM, ist, **options)
+        made(**options)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
 
