@@ -126,6 +126,8 @@ def test_the_record_says_what_was_drawn_and_a_singular_plant_is_refused():
     assert told.items() <= record.items()
     assert {"standard_error", "worst", "radius", "least_rate"} <= set(record)
     none = SampledStability(Sampling(), 10, 0, np.zeros(7), 0.9, 700.0)
+    with pytest.raises(ValueError, match="read-only"):
+        none.worst[0] = 1.0
     squared = 1.959963984540054**2  # z of 95 %; 0 in N: up to z^2 / (N + z^2)
     assert none.interval == pytest.approx((0.0, squared / (10 + squared)), abs=1e-8)
     flat = SimpleNamespace(mass_matrix=lambda q: np.zeros((len(q), 7, 7)))

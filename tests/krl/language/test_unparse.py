@@ -1,12 +1,14 @@
 """Forms of lines that real programs hold: each is read as meant, and what is written of it is read back the same."""
 
+from dataclasses import fields, is_dataclass
+
 import pytest
 from lark import Lark
 
 from lwr_dyn.krl.language import declarations as d
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.lexer import GRAMMAR, KEYWORDS, LONGEST, LineError
+from lwr_dyn.krl.language.lexer import GRAMMAR, KEYWORDS, LONGEST, LineError, tokens_of
 from lwr_dyn.krl.language.line_parser import RULES, parse_line
 from lwr_dyn.krl.language.unparse import statement_text
 
@@ -52,10 +54,21 @@ FORMS = {
 }  # fmt: skip
 
 
+def columns(x):
+    """Of a record and all within."""
+    if isinstance(x, tuple):
+        return [column for part in x for column in columns(part)]
+    own = [x.column] if getattr(x, "column", 0) else []
+    return own + [y for one in fields(x) for y in columns(getattr(x, one.name))] if is_dataclass(x) else []
+
+
 @pytest.mark.parametrize("line", FORMS)
 def test_a_form_is_read_as_meant_and_survives_writing(line):
     statement, _ = parse_line(line)
     assert statement == FORMS[line]
+    name = getattr(statement.target if isinstance(statement, s.Assign) else statement, "name", None)
+    assert statement.column == (line.index(name) + 1 if name else 1)
+    assert columns(parse_line(f"   {line}")[0]) == [x + 3 for x in columns(statement)]
     assert parse_line(statement_text(statement))[0] == statement
     assert parse_line(line.lower().replace('"gripper"', '"Gripper"'))[0] is not None
 
@@ -72,6 +85,17 @@ def test_what_is_near_these_forms_is_a_fault_the_same_each_time(line):
         faults.append(fault.value)
     assert len({(f.column, f.code, f.message, f.hint) for f in faults}) == 1
     assert (faults[0].column, faults[0] is not faults[1]) == (FAULTS[line], True)
+
+
+DEPTHS = {"x = ": 100, "x = f(": 99, "x = f(1, ": 98, "x = f(g(1, ": 97, "INT a, b = ": 100}
+
+
+@pytest.mark.parametrize(("before", "most"), DEPTHS.items())
+def test_so_many_operators_and_brackets_may_stand_inside_one_another(before, most):
+    assert len(tokens_of(f"{before}{'-' * most}1")[0]) > most
+    with pytest.raises(LineError) as fault:
+        tokens_of(f"{before}{'-' * most}-1")
+    assert (fault.value.code, fault.value.column) == ("long-line", len(before) + most + 1)
 
 
 def test_a_line_of_8192_characters_is_read_and_a_longer_one_is_a_fault():

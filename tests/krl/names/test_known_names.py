@@ -101,7 +101,8 @@ def test_a_user_adds_names_and_replaces_others(tmp_path):
 
 
 BAD = {
-    "[[group]": "TOML", "": "no [[group]]", "x = 1\n[[group]]": "x", "[[group]]\nfunction = []": "function",
+    "[[group]": "TOML", "": "no [[group]]", "x = 1\n[[group]]": "x", "group = [{title = 'a'}, 3]": "no [[group]]",
+    "[[group]]\nfunction = []": "function",
     "[[group]]\nfunctions = 'A()'": "functions", "[[group]]\nfunctions = ['INT']": "INT",
     "[[group]]\nfunctions = ['INT A(INT)']": "INT", "[[group]]\nfunctions = [3]": "3",
     "[[group]]\ntitle = 'T'\nvariables = ['A B C']": "T: variables", "[[group]]\nvariables = ['A']": "A",

@@ -1,5 +1,7 @@
 """What goes on beside a program: waits, triggers, interrupts, timers, signals, submits; one pass of an endless loop."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from lwr_dyn.krl.project.program import program_of
 from lwr_dyn.krl.running.cell import cell_of
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
+from lwr_dyn.krl.running.running_program import ALIKE, EACH, PATIENCE, LoopWatch
 from tests.krl.random_cells import faults_of
 from tests.krl.short_programs import HOME, SPEEDS, cell, values_of
 from tests.krl.short_programs import program_of as short_program
@@ -257,6 +260,27 @@ def test_a_counter_does_not_hide_that_passes_are_alike(arm):
     passes = run_program(program(*turn("N = N + 1", LIN, BACK)), arm).passes
     assert (passes.period, len(passes.seconds), passes.cycle_time) == (0, 65, pytest.approx(SECONDS))
     assert "later passes may differ" in str(passes)
+
+
+@pytest.mark.parametrize(
+    ("count", "first", "place", "alike"),
+    [(PATIENCE, 1.0, "a", True), (PATIENCE - 1, 1.0, "a", False), (PATIENCE, 2.0, "b", PATIENCE > ALIKE)],
+)
+def test_passes_are_alike_where_the_last_ones_are(count, first, place, alike):
+    watch = LoopWatch(0.0, None)
+    watch.seconds, watch.places = [first, *[1.0] * (count - 1)], [place, *"a" * (count - 1)]
+    assert watch.alike() is alike
+    for changed in ([*watch.seconds[:-1], 2.0], watch.places), (watch.seconds, [*watch.places[:-1], "c"]):
+        other = LoopWatch(0.0, None)
+        other.seconds, other.places = changed
+        assert not other.alike()
+    ended = LoopWatch(0.0, None)
+    for now, where in ((1.5, "a"), (1.5, "b"), (4.0, "c")):
+        ended.end_pass(now, where)
+    assert (ended.count, ended.seconds, ended.places, ended.began) == (3, [1.5, 2.5], ["a", "c"], 4.0)
+    compared = [n for n in range(1, 100) if replace(ended, count=n).compares]
+    assert compared == [*range(1, EACH), *(n for n in range(EACH, 100) if n % 16 == 0)]
+    assert [n for n in range(1, 100) if replace(ended, count=n).keeps] == [1, 2, 4, 8, 16, 32, 64]
 
 
 def test_passes_that_differ_are_counted_up_to_the_bound_and_a_loop_with_a_way_out_to_its_end(arm):

@@ -58,9 +58,11 @@ def test_forward_and_inverse_undo_each_other_and_inverse_takes_the_solution_near
     data = ["DECL E6AXIS Q={A1 20,A2 -80,A3 95,A4 30,A5 -40,A6 50}", "DECL E6POS P", "DECL E6AXIS R,O",
             "DECL INT S1=-1", "DECL FRAME T,N"]  # fmt: skip
     lines = ["P = FORWARD(Q, S1)", "R = INVERSE(P, Q, S1)", "T = P : $NULLFRAME", "N = P : INV_POS(P)", "O = Q"]
-    values, _ = values_of(arm, [*lines, "O.A4 = -140", "O.A5 = 30", "O.A6 = -120", "O = INVERSE(T, O, S1)"], data)
+    values, _ = values_of(
+        arm, [*lines, "O.A4 = -140", "O.A5 = 30", "O.A6 = -120", "O = INVERSE(T, O, S1)", "T.X = 7"], data
+    )
     axes = ("A1", "A2", "A3", "A4", "A5", "A6")
-    assert values["S1"] == 0
+    assert (values["S1"], repr(values["T"].parts["X"])) == (0, "7.0")  # a component takes its type
     assert [values["R"].parts[x] for x in axes] == pytest.approx([20, -80, 95, 30, -40, 50], abs=1e-8)
     assert [values["O"].parts[x] for x in axes] == pytest.approx([20, -80, 95, -150, 40, -130], abs=1e-8)
     assert np.abs(pose_matrix(values["N"], "N") - np.eye(4)).max() < 1e-12
