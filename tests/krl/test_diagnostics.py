@@ -79,6 +79,12 @@ def test_faults_of_a_run_are_those_of_the_check(arm, lines):
     assert OF_RUN[lines] in [d.code for d in check_program(program, arm)]
 
 
+def test_a_fault_of_the_dat_stands_in_its_line(arm):
+    program = program_of(SPEED, HOME, "n[1] = m", data="DEFDAT a\nINT n[2]\nINT m=1\nn[3]=1\nENDDAT\n")
+    with pytest.raises(ProgramError, match=r"^a\.dat:4:3: "):
+        run_program(program, arm)
+
+
 def test_a_sound_program_is_clean_and_a_missing_value_after_a_fault_is_no_other_fault(arm):
     def codes(*lines):
         return said(" | ".join(["BAS(#VEL_PTP, 100)", *lines]), arm=arm)

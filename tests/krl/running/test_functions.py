@@ -28,6 +28,8 @@ VALUES = {
     'Y = VARSTATE("G") == #INITIALIZED': ("Y", True), 'Y = VARSTATE("nothing") == #UNDEFINED': ("Y", True),
     'Y = VARSTATE("W[9,9]") == #UNDEFINED': ("Y", True), 'A[] = "U"\nY = VARSTATE(A[]) == #DECLARED': ("Y", True),
     "X = 2.4\nN = 10 * X": ("N", 24), "N = 6.5": ("N", 7),
+    # a function returns a value of its type
+    "X = f(2.6) / 2\nEND\nDEFFCT INT f(V:IN)\nREAL V\nRETURN V\nENDFCT\nDEF g( )": ("X", 1.0),
 }  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from scipy.spatial.distance import cdist
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.six_joints.spherical_wrist import wrist_arm_geometry
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix
-from lwr_dyn.krl.writing.motion_program import Approximation
+from lwr_dyn.krl.writing.motion_program import Approximation, _root
 from lwr_dyn.krl.writing.path_fit import Tolerance, fitted_motions, path_deviation
 from lwr_dyn.krl.writing.path_program import WritingOptions, write_path
 from lwr_dyn.krl.writing.sampled_path import path_of_motion, read_sampled_path
@@ -156,6 +156,13 @@ def test_corners_are_cut_by_less_than_the_tolerance_and_save_time(arm, square):
     source = passed.written.program().source.text()
     assert source.count("C_DIS") == 2
     assert "X 200.0, Y 200.0, Z 0.0" in passed.written.program().data.text()
+
+
+@pytest.mark.parametrize(("square", "linear", "most"), [(2.0, 3.0, 5.0), (0.0, 4.0, 2.0), (3.0, 0.0, 12.0)])
+def test_the_distance_of_a_blend_solves_its_square(square, linear, most):
+    d = _root(square, linear, most)
+    assert square * d**2 + linear * d == pytest.approx(most)
+    assert 0.0 < d < _root(0.0, 0.0, most) == np.inf
 
 
 def test_a_program_that_is_somewhere_else_is_seen(arm, square):
