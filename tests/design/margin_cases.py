@@ -10,6 +10,7 @@ from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.gains import LinearFeedback
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 from lwr_dyn.design.sampled_loop import RestingLoop, RestingPlant
+from lwr_dyn.model.transmission import JointElasticity
 
 BENT = np.array([0.3, 1.0, -0.5, -1.4, 0.8, 0.9, 0.0])
 
@@ -31,7 +32,7 @@ def largest(reading):
 
 @cache
 def law(name, reading="physical", omega_n=50.0):
-    inertia = {"inertia": largest(reading)} if name in ("pd-gravity", "pid") else {}
+    inertia = {"inertia": largest(reading)} if name != "inverse-dynamics" else {}
     return make_controller(name, arm(reading), dynamics(reading), omega_n=omega_n, **inertia)
 
 
@@ -49,3 +50,9 @@ def sliders(*masses, Kp=0.0, Kd=0.0, integral=None):
 def linear(position, velocity):
     """A law of which the matrices alone are known."""
     return SimpleNamespace(linear_feedback=lambda q: LinearFeedback(position, velocity))
+
+
+def springs(K, damping_time=1e-3):
+    """K, 0.6 of it on the wrist, D = damping_time K: all three pinned here, as signs hang on them."""
+    stiffness = K * np.array([1, 1, 1, 1, 0.6, 0.6, 0.6])
+    return JointElasticity(stiffness, damping_time * stiffness)

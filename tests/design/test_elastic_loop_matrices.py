@@ -17,12 +17,12 @@ from lwr_dyn.simulation.elastic.exponential import HeldExponential
 from lwr_dyn.simulation.elastic.plant import ElasticDynamics
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
-from tests.design.test_elastic_loop import B_MAX, arm, law, springs
+from tests.design.margin_cases import arm, dynamics, largest, law, springs
 from tests.slips import uncaught
 
 
 def test_a_row_for_every_law_on_every_stiffness():
-    laws = [(law("pd"), "link"), (law("motor"), "motor")]
+    laws = [(law("pd-gravity"), "link"), (law("motor-pd"), "motor")]
     reference = lwr_dyn.reference("ist", arm())
     table = elastic_table(arm(), laws, [1e4, 3e4], reference, 5.0, poses=40)
     assert [(*row[:2], row[3], row[4]) for row in table.cells] == [
@@ -34,33 +34,28 @@ def test_a_row_for_every_law_on_every_stiffness():
     late = elastic_table(arm(), laws[1:], ["file"], reference, 5.0, Sampling(1000.0, 1), poses=40)
     assert late.cells[0][5] == "all (above 91.2 %)"
     assert "late by 1 sample" in late.columns[5].title
+    with pytest.raises(MissingDataError, match="stiffness"):
+        elastic_table(lwr_dyn.load("wam7"), laws[:1], ["file"], reference, 5.0)
 
 
-def test_shares_count_each_pose_on_both_roads():
+def test_shares_count_each_pose_on_both_roads_and_their_interval_holds_them():
     """One by one as all at once; damping on light rotors is unstable only when it is sampled."""
     q = np.random.default_rng(1).uniform(arm().lower, arm().upper, (30, 7))
     plant = ElasticArm.of(arm(), 3e4, "link")
-    found = elastic_shares(plant, law("pd"), q)
-    one_by_one = [elastic_shares(plant, law("pd"), pose[None]) for pose in q]
-    assert found.continuous == sum(each.continuous for each in one_by_one)
-    assert found.sampled == sum(each.sampled for each in one_by_one)
-    assert found.growth == pytest.approx(max(each.growth for each in one_by_one))
-    assert found.radius == pytest.approx(max(each.radius for each in one_by_one))
+    found = elastic_shares(plant, law("pd-gravity"), q)
+    one_by_one = [elastic_shares(plant, law("pd-gravity"), pose[None]) for pose in q]
+    for total in ("continuous", "sampled"):
+        assert getattr(found, total) == sum(getattr(each, total) for each in one_by_one)
+    for largest_of in ("growth", "radius"):
+        assert getattr(found, largest_of) == pytest.approx(max(getattr(each, largest_of) for each in one_by_one))
     damper = SimpleNamespace(linear_feedback=lambda q: LinearFeedback(*(diagonal(np.full(7, 400.0), len(q)),) * 2))
     motor = elastic_shares(ElasticArm.of(arm(), 3e4, "motor"), damper, q)
     assert (motor.continuous, motor.sampled) == (0, 30)
     assert motor.radius > 1.2
 
-
-def test_the_interval_of_a_share_holds_it():
     for low, high in ElasticShares(200, 20, 0, 5.0, 0.9).intervals:
         assert 0.0 <= low < high
     assert ElasticShares(200, 20, 0, 5.0, 0.9).intervals[0] == pytest.approx((0.0657, 0.1494), abs=1e-3)
-
-
-def test_an_arm_without_stiffness_is_refused():
-    with pytest.raises(MissingDataError, match="stiffness"):
-        elastic_table(lwr_dyn.load("wam7"), [(law("pd"), "link")], ["file"], lwr_dyn.reference("ist", arm()), 5.0)
 
 
 T, STEP = 1e-3, 1e-4
@@ -91,13 +86,14 @@ def step_of(controller, side, pose, theta, z):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "side"), [("motor", "motor"), ("pd", "link"), ("id", "link")])
+@pytest.mark.parametrize(
+    ("name", "side"), [("motor-pd", "motor"), ("pd-gravity", "link"), ("inverse-dynamics", "link")]
+)
 def test_the_step_matrix_is_the_derivative_of_the_simulated_step(name, side):
-    dynamics = lwr_dyn.dynamics_of(arm())
     poses = np.random.default_rng(5).uniform(arm().lower, arm().upper, (4, 7))
-    maps = ElasticArm(dynamics, springs(1e4), arm().armature, side).loop(law(name), poses)
+    maps = ElasticArm(dynamics(), springs(1e4), arm().armature, side).loop(law(name), poses)
     for pose, expected in zip(poses, maps.step_matrices(Sampling(1 / T)), strict=True):
-        theta = pose + dynamics.gravity_vector(pose) / springs(1e4).stiffness
+        theta = pose + dynamics().gravity_vector(pose) / springs(1e4).stiffness
         ahead, behind = (
             np.array([step_of(law(name), side, pose, theta, sign * STEP * e) for e in np.eye(28)]) for sign in (1, -1)
         )
@@ -120,7 +116,7 @@ def test_the_step_matrix_is_the_derivative_of_the_simulated_step(name, side):
 def test_errors_on_ist_are_those_of_what_a_law_knows_of_the_springs(name, options, tip_mm):
     """Tip RMS over the first second: deflection unknown, that of gravity taken off (twice), all of it fed forward."""
     reference = lwr_dyn.reference("ist", arm())
-    options = options | ({} if name.startswith("inverse") else {"inertia": B_MAX})
+    options = options | ({} if name.startswith("inverse") else {"inertia": largest("physical")})
     controller = lwr_dyn.controller(name, arm(), **options)
     run = simulate(arm(), controller, reference, elasticity=springs(1e4), duration=1.0, position_limits=False)
     assert metrics(run, arm()).tip_rms_mm == pytest.approx(tip_mm, rel=0.02)
@@ -128,9 +124,9 @@ def test_errors_on_ist_are_those_of_what_a_law_knows_of_the_springs(name, option
 
 def test_a_loop_with_poles_outside_swings_within_its_torque_limits():
     """PD on the link side: the map grows, the simulated run is bounded, and its torque is cut most of the time."""
-    reference, controller = lwr_dyn.reference("ist", arm()), law("pd")
+    reference, controller = lwr_dyn.reference("ist", arm()), law("pd-gravity")
     pose = reference.sample(np.zeros(1)).q
-    grows = ElasticArm(lwr_dyn.dynamics_of(arm()), springs(1e4), arm().armature, "link").loop(controller, pose)
+    grows = ElasticArm(dynamics(), springs(1e4), arm().armature, "link").loop(controller, pose)
     assert grows.radius(Sampling(1 / T))[0] > GROWS
     run = simulate(arm(), controller, reference, elasticity=springs(1e4), encoders="link", duration=1.0)
     assert (run.tau_command != run.tau_applied).any(axis=1).mean() > 0.5
@@ -170,14 +166,14 @@ def of_the_plant():
 def of_the_loop(side):
     """A of the loop with PD."""
     seen = [1, 3] if side == "motor" else [0, 2]
-    return differences(lambda x: rates(x, law("pd")(0.0, *x.reshape(4, 7)[seen], q, dq, ddq)), Z)
+    return differences(lambda x: rates(x, law("pd-gravity")(0.0, *x.reshape(4, 7)[seen], q, dq, ddq)), Z)
 
 
 def check(module: ModuleType):
     A, B = of_the_plant()
     any_z = np.arange(28.0)
     for side, first in (("motor", 7), ("link", 0)):
-        elastic = module.ElasticArm(lwr_dyn.dynamics_of(arm()), SPRINGS, ROTOR, side)
+        elastic = module.ElasticArm(dynamics(), SPRINGS, ROTOR, side)
         plant = elastic.plant(MOTION)
         close(plant.A[0], A)
         close(plant.B[0], B)
@@ -185,7 +181,7 @@ def check(module: ModuleType):
         close(plant.velocity @ any_z, any_z[first + 14 : first + 21])
         close(plant.torque[0] @ Z, SPRINGS.stiffness * (THETA - q))
         close(elastic.spring_side(MOTION)[0], THETA)
-        found = elastic.frozen_poles(law("pd"), MOTION)[0]
+        found = elastic.frozen_poles(law("pd-gravity"), MOTION)[0]
         close(found, np.linalg.eigvals(of_the_loop(side)), any_order=True)
     gains = RNG.uniform(1, 9, (3, 1, 7, 7))
     form = LinearFeedback(*gains[:2], integral=np.arange(1.0, 8.0), torque=gains[2])
@@ -196,7 +192,7 @@ def check(module: ModuleType):
     found = module.continuous_poles(RestingLoop(plant, form))[0]
     close(found, np.linalg.eigvals(by_hand), any_order=True)
     assert (np.diff(found.real) <= 0.0).all()
-    reads = elastic.loop(law("motor"), q[None])  # the motor side, whatever the encoders are
+    reads = elastic.loop(law("motor-pd"), q[None])  # the motor side, whatever the encoders are
     close(reads.plant.position @ any_z, any_z[7:14])
 
 

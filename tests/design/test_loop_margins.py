@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from lwr_dyn.design import loop_margins, sampled_loop
+from lwr_dyn.design import loop_margins
 from lwr_dyn.design.loop_margins import delay_margin, frequency_grid, loop_gain, margins_at, sensitivity
 from lwr_dyn.design.margins import margins
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
@@ -67,47 +67,14 @@ def test_planted_slips_are_caught():
     assert not uncaught(loop_margins.__name__, SLIPS, check)
 
 
-STEP_SLIPS = (
-    ("plant.held(T - late)", "plant.held(T)"),
-    ("A @ b_late @ sent[-1]", "b_late @ sent[-1]"),
-    ("A @ b_late @ sent[-1]", "A @ b_late @ sent[0]"),
-    ("entry[:, Z] = b", "entry[:, Z] = 2 * b"),
-    ("sent[sampling.delay - 1]", "sent[0]"),
-    ("step + entry @", "step - entry @"),
-)
-
-
-def step_check(module):
-    """The step with delays of a sample and a part is what u, piece by piece, does to the plant."""
-    loop = module.RestingLoop.of(dynamics(), law("pd-gravity"), BENT[None])
-    sampling, f = module.Sampling(1000.0, 2), 0.3e-3
-    step = loop.step_matrices(sampling, f)[0]
-    rng = np.random.default_rng(0)
-    z, sent = rng.normal(size=14), rng.normal(size=(3, 7))  # newest first
-    state = np.concatenate([z, sent.ravel()])
-    for _ in range(4):
-        u = -loop.feedback.position[0] @ z[:7] - loop.feedback.velocity[0] @ z[7:]
-        for T, torque in ((f, sent[2]), (1e-3 - f, sent[1])):
-            A, b = loop.plant.held(T)
-            z = A[0] @ z + b[0] @ torque
-        sent = np.array([u, *sent[:2]])
-        state = step @ state
-        np.testing.assert_allclose(state, np.concatenate([z, sent.ravel()]), rtol=1e-9, atol=1e-9)
-    twice = module.RestingLoop.of(dynamics(), law("pd-gravity"), BENT[None]).step_matrices(module.Sampling(), scale=2.0)
-    A, b = loop.plant.held(1e-3)
-    law_rows = np.hstack([loop.feedback.position[0], loop.feedback.velocity[0]])
-    np.testing.assert_allclose(twice[0], A[0] - 2 * b[0] @ law_rows, atol=1e-9)
-
-
-def test_planted_slips_in_the_step_are_caught():
-    assert not uncaught(sampled_loop.__name__, STEP_SLIPS, step_check)
-
-
-@pytest.mark.parametrize(("factor", "grows"), [(0.97, False), (1.03, True)])
-@pytest.mark.parametrize("joint", [0, 1])
-def test_the_simulated_arm_turns_unstable_where_the_gain_margin_says(joint, factor, grows, bent):
-    scale = 1 + (factor * bent.gain_up[joint] - 1) * np.eye(7)[joint]
-    assert swings(scale, AT.delay) is grows
+def test_the_simulated_arm_turns_unstable_where_the_gain_and_the_delay_margin_say(bent):
+    for joint in (0, 1):
+        for factor, grows in ((0.97, False), (1.03, True)):
+            scale = 1 + (factor * bent.gain_up[joint] - 1) * np.eye(7)[joint]
+            assert swings(scale, AT.delay) is grows
+    whole = int(bent.delay_margin * 1000.0)
+    assert bent.delay_margin > 0
+    assert [swings(1.0, AT.delay + x) for x in (whole, whole + 1)] == [False, True]
 
 
 def swings(scale, delay, samples=400):
@@ -128,13 +95,6 @@ def swings(scale, delay, samples=400):
     return bool(speed[-50:].max() > speed[len(speed) // 2 - 50 : len(speed) // 2].max())
 
 
-def test_the_simulated_arm_turns_unstable_at_the_delay_margin(bent):
-    whole = int(bent.delay_margin * 1000.0)
-    assert bent.delay_margin > 0
-    assert not swings(1.0, AT.delay + whole)
-    assert swings(1.0, AT.delay + whole + 1)
-
-
 def test_gain_and_delay_margins_are_where_the_radius_passes_one(bent):
     loop = RestingLoop.of(dynamics(), law("pd-gravity"), BENT[None])
     T = 1e-3
@@ -145,11 +105,6 @@ def test_gain_and_delay_margins_are_where_the_radius_passes_one(bent):
         assert (radius <= GROWS) is np.bool_(stable)
         assert (loop.radius(AT, scale=share * bent.all_up)[0] <= GROWS) is np.bool_(stable)
     assert delay_margin(loop, AT) == bent.delay_margin
-
-
-def test_a_loop_of_several_poses_is_refused():
-    with pytest.raises(OptionError, match="2 poses; allowed: one pose"):
-        margins_at(RestingLoop.of(dynamics(), law("pd-gravity"), np.array([BENT, BENT])), AT, BENT)
 
 
 JOINTS = (0, 1, 3)
@@ -183,16 +138,11 @@ def test_python_control_closes_the_loop_to_the_same_poles_and_responses(name, op
     np.testing.assert_allclose(diagonal, sensitivity(gain)[0], atol=1e-7)
     assert spaces.plant.dt == spaces.open_loop.dt == T
     assert spaces.plant.output_labels[0] == "q_joint_1"
-
-
-@pytest.mark.slow
-def test_the_plant_is_what_python_control_makes_of_the_continuous_one(control):
-    found = report()
     plant = found.loop.plant
-    continuous = control.ss(plant.A[0], plant.B[0], np.eye(14), 0)
-    sampled, ours = control.sample_system(continuous, 1e-3, "zoh"), found.state_spaces().plant
-    np.testing.assert_allclose(sampled.A, ours.A, atol=1e-10)
-    np.testing.assert_allclose(sampled.B, ours.B, atol=1e-10)
+    if plant.A.shape[-1] == 14:  # the plant is what python-control makes of the continuous one
+        sampled = control.sample_system(control.ss(plant.A[0], plant.B[0], np.eye(14), 0), T, "zoh")
+        np.testing.assert_allclose(sampled.A, spaces.plant.A, atol=1e-10)
+        np.testing.assert_allclose(sampled.B, spaces.plant.B, atol=1e-10)
 
 
 def test_gain_margins_of_python_control_are_not_those_of_these_loops(control):
@@ -214,15 +164,12 @@ def test_gain_margins_of_python_control_are_not_those_of_these_loops(control):
     assert np.isinf(distances).any()
 
 
-def test_without_python_control_the_extra_is_named(monkeypatch):
+def test_without_python_control_the_extra_is_named_and_a_loop_of_several_poses_is_refused(monkeypatch, control):
+    found, two = report(), np.array([BENT, BENT])
+    with pytest.raises(OptionError, match="2 poses; allowed: one pose"):
+        margins_at(RestingLoop.of(dynamics(), law("pd-gravity"), two), AT, BENT)
+    with pytest.raises(OptionError, match="one pose"):
+        loop_margins.state_spaces(found.loops(two), found.case.sampling, arm().joint_names)
     monkeypatch.setitem(sys.modules, "control", None)
     with pytest.raises(MissingPackageError, match=r"lwr_dyn\[design\]"):
-        report().state_spaces()
-
-
-def test_state_spaces_a_loop_of_several_poses_is_refused(control):
-    from lwr_dyn.design.loop_margins import state_spaces
-
-    found = report()
-    with pytest.raises(OptionError, match="one pose"):
-        state_spaces(found.loops(np.array([BENT, BENT])), found.case.sampling, arm().joint_names)
+        found.state_spaces()

@@ -13,37 +13,33 @@ from tests.design.margin_cases import BENT, arm, dynamics, law, sliders
 from tests.slips import uncaught
 
 HZ = frequency_grid(1000.0, 23)
-Q = np.array([BENT, 0.5 * BENT])
+Q, RNG = np.array([BENT, 0.5 * BENT]), np.random.default_rng(0)
 
 
 def rigid(name):
     return RestingLoop.of(dynamics(), law(name), Q)
 
 
-def elastic(torque):
-    loop = LoopCase(elasticity="file").loop(arm(), dynamics(), law("pd-gravity"), Q)
-    return replace(loop, feedback=replace(loop.feedback, torque=torque * np.ones((2, 1, 1)) * np.eye(7)))
+def fed_back(loop, **feedback):
+    """The loop with other feedback too: of torques, or an integral that couples the joints as the adaptive law's."""
+    return replace(loop, feedback=replace(loop.feedback, **feedback))
 
 
-def last_torque():
-    loop = rigid("pd-gravity")
-    return replace(loop, feedback=replace(loop.feedback, torque=0.3 * np.ones((2, 1, 1)) * np.eye(7)))
+def torque(gain):
+    return gain * np.ones((2, 1, 1)) * np.eye(7)
 
 
-def coupled():
-    """A law whose integral couples the joints, as the adaptive one's."""
-    loop = rigid("pid")
-    matrices = 300.0 * np.random.default_rng(0).normal(size=(2, 7, 7))
-    return replace(loop, feedback=replace(loop.feedback, integral=matrices))
+def elastic():
+    return LoopCase(elasticity="file").loop(arm(), dynamics(), law("pd-gravity"), Q)
 
 
 CASES = (
-    (coupled, Sampling(1000.0, 1)),
+    (lambda: fed_back(rigid("pid"), integral=300.0 * RNG.normal(size=(2, 7, 7))), Sampling(1000.0, 1)),
     (lambda: rigid("pd-gravity"), Sampling(1000.0)),
     (lambda: rigid("inverse-dynamics"), Sampling(1000.0, 3)),
     (lambda: rigid("pid"), Sampling(1000.0, 1, 80.0)),
-    (lambda: elastic(2.0), Sampling(1000.0, 2)),
-    (last_torque, Sampling(1000.0, 1)),
+    (lambda: fed_back(elastic(), torque=torque(2.0)), Sampling(1000.0, 2)),
+    (lambda: fed_back(rigid("pd-gravity"), torque=torque(0.3)), Sampling(1000.0, 1)),
 )
 
 
@@ -121,12 +117,9 @@ def test_the_peak_bounds_what_one_gain_may_do():
         assert (loop.radius(sampling, scale=scale) < 1).all()
 
 
-def test_sensitivity_does_not_change_with_the_units_of_the_joints():
+def test_sensitivity_does_not_change_with_units_and_inverse_dynamics_is_seven_equal_loops_whatever_the_pose():
     gain = loop_gain(rigid("pd-gravity"), Sampling(1000.0, 1), HZ)
     units = np.diag([1.0, 57.3, 1e3, 1e-3, 2.0, 5.0, 0.1])
     np.testing.assert_allclose(sensitivity(units @ gain @ np.linalg.inv(units)), sensitivity(gain), rtol=1e-8)
-
-
-def test_inverse_dynamics_is_seven_equal_loops_whatever_the_pose():
     alone = largest_sensitivity(sliders(1.0, Kp=2500.0, Kd=100.0), Sampling(1000.0, 4))[0, 0]
     np.testing.assert_allclose(largest_sensitivity(rigid("inverse-dynamics"), Sampling(1000.0, 4)), alone, rtol=2e-3)

@@ -10,16 +10,18 @@ import lwr_dyn
 from lwr_dyn.control.gains import LinearFeedback
 from lwr_dyn.control.paper_laws import PID, InverseDynamics, PDGravity
 from lwr_dyn.design import sampled_loop
-from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, RestingPlant, Sampling, rigid_plant
+from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, RestingPlant, Sampling, law_at_rest, rigid_plant
 from lwr_dyn.foundation.errors import DivergenceError, OptionError
 from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.simulate import simulate
+from tests.design import margin_cases as cases
+from tests.design.margin_cases import BENT
 from tests.simulation.sample_runs import MIDDLE, WORST_CASE, Still, lwr, lwr_dynamics, one_joint
 from tests.slips import uncaught
 
 UPRIGHT = np.array([0.3, 0.02, -0.5, -0.1, 0.8, 0.4, 0.0])
-BENT = np.array([0.3, 1.0, -0.5, -1.4, 0.8, 0.9, 0.0])
+TWO = np.array([BENT, 0.4 * BENT])
 KP, KD = 2500 * WORST_CASE, 100 * WORST_CASE
 
 
@@ -163,12 +165,9 @@ def test_a_slider_known_by_hand():
 
 
 @pytest.mark.parametrize("bad", [{"rate": 0.0}, {"rate": float("nan")}, {"delay": -1}, {"delay": 101}, {"delay": 1.5}])
-def test_bad_sampling_is_refused(bad):
+def test_bad_sampling_and_a_singular_mass_matrix_are_refused(bad):
     with pytest.raises(OptionError, match="allowed"):
         Sampling(**bad)
-
-
-def test_a_singular_mass_matrix_is_refused():
     flat = SimpleNamespace(mass_matrix=lambda q: np.zeros((len(q), 2, 2)), gravity_vector=lambda q: 0.0 * q)
     with pytest.raises(OptionError, match="mass matrix: singular"):
         RestingLoop.of(flat, pd(), np.zeros((1, 2)))
@@ -188,7 +187,14 @@ def test_a_pendulum_and_a_falling_one_known_by_hand(T):
     np.testing.assert_allclose(Bd[:, 1, 0], s / w, rtol=1e-12)
 
 
-def check(module):
+def test_a_part_of_the_poses_is_the_plant_of_these_poses():
+    q = np.random.default_rng(2).uniform(-1, 1, (5, 7))
+    part, alone = rigid_plant(lwr_dynamics(), q).at(np.array([3])), rigid_plant(lwr_dynamics(), q[3:4])
+    np.testing.assert_allclose(part.held(1e-3)[0], alone.held(1e-3)[0], rtol=1e-9, atol=1e-12)
+    assert (part.size, part.n) == (14, 7)
+
+
+def check_held(module):
     """The held step is what the equations of motion do near rest."""
     plant, dynamics, T, h = module.rigid_plant(lwr_dynamics(), MIDDLE[None]), lwr_dynamics(), 0.02, 1e-6
     Ad, Bd = plant.held(T)
@@ -204,7 +210,7 @@ def check(module):
     np.testing.assert_allclose(found, expected, atol=1e-4 * np.abs(expected).max())
 
 
-SLIPS = (
+HELD_SLIPS = (
     ("-inverse @ gravity_stiffness", "inverse @ gravity_stiffness"),
     ("A[:, :n, n:]", "A[:, n:, n:]"),
     ("gravity_stiffness(dynamics, q), inverse", "gravity_stiffness(dynamics, q), dynamics.mass_matrix(q)"),
@@ -214,12 +220,122 @@ SLIPS = (
 )
 
 
-def test_planted_slips_are_caught():
-    assert not uncaught(sampled_loop.__name__, SLIPS, check)
+STEP_SLIPS = (
+    ("plant.held(T - late)", "plant.held(T)"),
+    ("A @ b_late @ sent[-1]", "b_late @ sent[-1]"),
+    ("A @ b_late @ sent[-1]", "A @ b_late @ sent[0]"),
+    ("entry[:, Z] = b", "entry[:, Z] = 2 * b"),
+    ("sent[sampling.delay - 1]", "sent[0]"),
+    ("step + entry @", "step - entry @"),
+)
 
 
-def test_a_part_of_the_poses_is_the_plant_of_these_poses():
-    q = np.random.default_rng(2).uniform(-1, 1, (5, 7))
-    part, alone = rigid_plant(lwr_dynamics(), q).at(np.array([3])), rigid_plant(lwr_dynamics(), q[3:4])
-    np.testing.assert_allclose(part.held(1e-3)[0], alone.held(1e-3)[0], rtol=1e-9, atol=1e-12)
-    assert (part.size, part.n) == (14, 7)
+def check_step(module):
+    """The step with delays of a sample and a part is what u, piece by piece, does to the plant."""
+    loop = module.RestingLoop.of(cases.dynamics(), cases.law("pd-gravity"), BENT[None])
+    sampling, f = module.Sampling(1000.0, 2), 0.3e-3
+    step = loop.step_matrices(sampling, f)[0]
+    rng = np.random.default_rng(0)
+    z, sent = rng.normal(size=14), rng.normal(size=(3, 7))  # newest first
+    state = np.concatenate([z, sent.ravel()])
+    for _ in range(4):
+        u = -loop.feedback.position[0] @ z[:7] - loop.feedback.velocity[0] @ z[7:]
+        for T, torque in ((f, sent[2]), (1e-3 - f, sent[1])):
+            A, b = loop.plant.held(T)
+            z = A[0] @ z + b[0] @ torque
+        sent = np.array([u, *sent[:2]])
+        state = step @ state
+        np.testing.assert_allclose(state, np.concatenate([z, sent.ravel()]), rtol=1e-9, atol=1e-9)
+    twice = module.RestingLoop.of(cases.dynamics(), cases.law("pd-gravity"), BENT[None]).step_matrices(
+        module.Sampling(), scale=2.0
+    )
+    A, b = loop.plant.held(1e-3)
+    law_rows = np.hstack([loop.feedback.position[0], loop.feedback.velocity[0]])
+    np.testing.assert_allclose(twice[0], A[0] - 2 * b[0] @ law_rows, atol=1e-9)
+
+
+def plain(controller):
+    """The same controller as a function that knows nothing of linear forms."""
+    return lambda *state: controller(*state)
+
+
+def check_differences(module):
+    for name in ("pd-gravity", "inverse-dynamics"):
+        own = RestingLoop.of(cases.dynamics(), cases.law(name), TWO)
+        found = module.law_at_rest(plain(cases.law(name)), TWO)
+        assert found.by_differences
+        loop = RestingLoop.of_plant(own.plant, found.feedback, TWO)
+        for matrix in ("position", "velocity"):
+            mine, exact = getattr(loop.feedback, matrix), getattr(own.feedback, matrix)
+            np.testing.assert_allclose(mine, exact, atol=2e-6 * np.abs(exact).max())
+        np.testing.assert_allclose(loop.radius(Sampling(1000.0, 1)), own.radius(Sampling(1000.0, 1)), atol=1e-7)
+        assert found.bend < 1e-3
+    assert module.law_at_rest(cases.law("pd-gravity"), TWO).notes == ()
+    sided = module.law_at_rest(lambda *s: 100 * (s[3] - s[1]) - 20 * np.maximum(s[2], 0.0), TWO)
+    assert sided.bend == pytest.approx(0.2)
+    weak = module.law_at_rest(lambda *s: -0.5 * np.maximum(s[2], 0.0), TWO)
+    assert weak.bend == pytest.approx(2.0)  # sides 0.5 and 0 about a middle of 0.25
+
+
+DIFFERENCE_SLIPS = (
+    ("LinearFeedback(-slopes[:, :, :n]", "LinearFeedback(slopes[:, :, :n]"),
+    ("-slopes[:, :, n:])", "slopes[:, :, n:])"),
+    ("(ahead - behind) / (2 * STEP)", "(ahead - behind) / STEP"),
+    ("(ahead - behind) / (2 * STEP)", "(ahead - middle) / (2 * STEP)"),
+    ("torque(-offset)", "torque(offset)"),
+    ("pose + z[:n], z[n:]", "pose + z[n:], z[:n]"),
+    ("z[n:].copy(), pose.copy()", "z[n:].copy(), pose + z[:n]"),
+    ("STEP * np.eye(2 * n)", "STEP * np.eye(2 * n)[::-1]"),
+    ("ahead + behind - 2 * middle", "ahead + behind"),
+)
+
+
+@pytest.mark.parametrize(
+    ("slips", "check"),
+    [(HELD_SLIPS, check_held), (STEP_SLIPS, check_step), (DIFFERENCE_SLIPS, check_differences)],
+)
+def test_planted_slips_are_caught(slips, check):
+    assert not uncaught(sampled_loop.__name__, slips, check)
+
+
+def test_a_law_that_is_not_smooth_at_rest_is_named():
+    def dry(t, q, dq, q_ref, dq_ref, ddq_ref):
+        return 100 * (q_ref - q) - 20 * dq - 0.5 * np.sign(dq)
+
+    notes = law_at_rest(dry, TWO).notes
+    assert "linearised by central differences" in notes[0]
+    bent = law_at_rest(lambda *s: -100 * (s[1] - s[3]) - 20 * np.maximum(s[2], 0.0), TWO)
+    assert bent.bend == pytest.approx(0.2)
+    assert "not smooth at rest" in bent.notes[1]
+
+
+class Counting:
+    """An integral that only its answers show."""
+
+    def __init__(self):
+        self.sum = 0.0
+
+    def __call__(self, t, q, dq, q_ref, dq_ref, ddq_ref):
+        self.sum = self.sum + (q_ref - q)
+        return self.sum - dq
+
+
+class WithReset(Counting):
+    def reset(self):
+        self.sum = 0.0
+
+
+@pytest.mark.parametrize("make", [Counting, WithReset])
+def test_a_controller_with_memory_is_refused(make):
+    with pytest.raises(
+        OptionError, match=r"remembers between calls.*allowed: a controller without memory, or with lin"
+    ):
+        law_at_rest(make(), TWO)
+
+
+@pytest.mark.parametrize(
+    ("answer", "fault"), [(np.zeros(3), "shape"), (np.full(7, np.nan), "not finite"), (1.0, "shape")]
+)
+def test_torques_that_are_no_torques_are_refused(answer, fault):
+    with pytest.raises(OptionError, match=fault):
+        law_at_rest(lambda *_: answer, TWO)

@@ -1,6 +1,7 @@
 """The least time along a path: closed forms, limits kept between points too, nothing left unused, a path unchanged."""
 
 import sys
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,14 +9,14 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.design import time_optimal
-from lwr_dyn.design.path_pieces import CurveReference, path_of_reference
+from lwr_dyn.design.path_pieces import CurveReference, joined, path_of_reference
 from lwr_dyn.design.time_optimal import least_time
 from lwr_dyn.design.time_optimal_speeds import JointBounds
 from lwr_dyn.foundation import errors
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.metrics import metrics
-from lwr_dyn.trajectory.motion_profile import constant_speed
+from lwr_dyn.trajectory.motion_profile import constant_speed, quintic
 from tests.simulation.sample_runs import one_joint
 
 ARM = lwr_dyn.load("lwr4plus", "computed")
@@ -60,20 +61,16 @@ def test_a_move_takes_the_time_of_the_closed_form(rate):
 
 
 @pytest.mark.slow
-def test_no_limit_is_passed_between_the_points_of_the_grid_either(quick):
-    t = np.random.default_rng(1).uniform(0.0, quick.duration, 4000)
-    torque, speed = uses(quick, t)
-    assert 0.8 < torque <= 0.9 * (1.0 + 1e-6)
-    assert 0.99 < speed <= 1.0 + 1e-6
-
-
-@pytest.mark.slow
-def test_ist_takes_the_least_time_of_the_lwr(quick):
+def test_ist_takes_the_least_time_of_the_lwr_and_passes_no_limit_between_points_either(ist, quick):
     assert quick.duration == pytest.approx(1.870, abs=0.002)
     about = quick.about["timing"]
-    assert about["ruled_by"]["speed"] > 0.9
-    assert about["pieces"] == 2
-    assert "smoothness" not in quick.about
+    assert (about["ruled_by"]["speed"] > 0.9, about["pieces"], "smoothness" in quick.about) == (True, 2, False)
+    torque, speed = uses(quick, np.random.default_rng(1).uniform(0.0, quick.duration, 4000))
+    assert 0.8 < torque <= 0.9 * (1.0 + 1e-6)
+    assert 0.99 < speed <= 1.0 + 1e-6
+    # faster than any uniform scaling
+    dq = ist.sample(np.linspace(0.0, ist.duration, 3000)).dq
+    assert quick.duration < 0.95 * ist.duration * np.abs(dq / ARM.velocity).max()
 
 
 def test_at_every_moment_some_limit_rules(ist):
@@ -83,38 +80,21 @@ def test_at_every_moment_some_limit_rules(ist):
 
 
 @pytest.mark.slow
-def test_it_is_faster_than_any_uniform_scaling(ist, quick):
-    t = np.linspace(0.0, ist.duration, 3000)
-    motion = ist.sample(t)
-    fastest = np.abs(motion.dq / ARM.velocity).max()
-    assert quick.duration < 0.95 * ist.duration * fastest
-
-
-@pytest.mark.slow
-def test_the_path_is_not_changed(ist, quick):
+def test_the_path_is_not_changed_derivatives_are_exact_and_nothing_jumps(ist, quick):
     t = np.linspace(0.0, quick.duration, 500)
     tip = flange_pose(ARM.chain, quick.sample(t).q)[:, :3, 3]
-    assert np.abs(tip - ist.poses.path.at(quick.poses.profile.at(t).s).p).max() < 1e-9
+    profile = quick.poses.profile
+    assert np.abs(tip - ist.poses.path.at(profile.at(t).s).p).max() < 1e-9
     ends = quick.sample(np.array([0.0, quick.duration]))
     assert ends.q == pytest.approx(ist.sample(np.array([0.0, ist.duration])).q, abs=1e-12)
     assert np.abs(ends.dq).max() < 1e-9
-
-
-@pytest.mark.slow
-def test_derivatives_are_exact(quick):
-    knots = quick.poses.profile.knots
-    t, h = 0.5 * (knots[:-1] + knots[1:])[::7], 1e-6
+    t, h = 0.5 * (profile.knots[:-1] + profile.knots[1:])[::7], 1e-6
     ahead, behind, motion = quick.sample(t + h), quick.sample(t - h), quick.sample(t)
     assert (ahead.q - behind.q) / (2.0 * h) == pytest.approx(motion.dq, abs=1e-7)
     assert (ahead.dq - behind.dq) / (2.0 * h) == pytest.approx(motion.ddq, abs=1e-3)
-
-
-@pytest.mark.slow
-def test_place_and_speed_do_not_jump(quick):
-    profile = quick.poses.profile
     c, step = profile.coefficients, np.diff(profile.knots)
-    ends = c[:, 0] + step * (c[:, 1] + step * c[:, 2]), c[:, 1] + 2.0 * step * c[:, 2]
-    for at_end, begin in zip(ends, (c[:, 0], c[:, 1]), strict=True):
+    at_ends = c[:, 0] + step * (c[:, 1] + step * c[:, 2]), c[:, 1] + 2.0 * step * c[:, 2]
+    for at_end, begin in zip(at_ends, (c[:, 0], c[:, 1]), strict=True):
         assert at_end[:-1] == pytest.approx(begin[1:], abs=1e-12)
 
 
@@ -149,13 +129,14 @@ def test_a_joint_is_blamed_where_its_motor_does_not_hold_it(torque, words):
 
 
 @pytest.mark.slow
-def test_less_of_the_limits_takes_longer(ist):
-    times = [
-        least_time(ARM, ist, effort_share=e, speed_share=v, intervals=100).duration
-        for e, v in ((1.0, 1.0), (0.7, 1.0), (0.7, 0.5))
-    ]
+def test_less_of_the_limits_and_the_weight_of_a_payload_take_time(ist):
+    shares = ((1.0, 1.0), (0.7, 1.0), (0.7, 0.5))
+    times = [least_time(ARM, ist, effort_share=e, speed_share=v, intervals=100).duration for e, v in shares]
     assert times == sorted(times)
     assert times[2] > times[0] + 1.0
+    heavy = arm_with_payload(ARM, 7.0)
+    loaded = least_time(heavy, lwr_dyn.reference("ist", heavy, timing="smooth-blended"), intervals=300)
+    assert loaded.duration > least_time(ARM, ist, intervals=300).duration
 
 
 @pytest.mark.slow
@@ -181,15 +162,6 @@ def test_legs_and_their_stops():
     assert type(quick) is type(line)
 
 
-@pytest.mark.slow
-def test_the_weight_of_a_payload_takes_time(ist):
-    heavy = arm_with_payload(ARM, 7.0)
-    assert (
-        least_time(heavy, lwr_dyn.reference("ist", heavy, timing="smooth-blended"), intervals=300).duration
-        > least_time(ARM, ist, intervals=300).duration
-    )
-
-
 def test_friction_of_the_arm_is_part_of_the_torque():
     arm = lwr_dyn.load("wam7")
     assert any(arm.friction_models())
@@ -203,6 +175,7 @@ def test_friction_of_the_arm_is_part_of_the_torque():
     assert (np.abs(tau) <= 0.9 * arm.effort * (1.0 + 1e-6)).all()
 
 
+MOVE = {"start": [0.0] * 7, "end": [0.5] * 7}
 BAD = [
     (dict(effort_share=0.0), errors.OptionError, "effort_share: 0.0; allowed: a share above 0, at most 1"),
     (dict(speed_share=1.2), errors.OptionError, "speed_share"),
@@ -211,13 +184,20 @@ BAD = [
     (dict(intervals=3), errors.OptionError, "intervals: 3"),
     (dict(rate=-1.0), errors.OptionError, "rate"),
     (dict(effort_share=0.05), errors.OptionError, "joint_2 needs"),
+    # of the task
+    (dict(along="least-time"), errors.OptionError, "along: 'least-time'; allowed: another task"),
+    (dict(along="lists"), errors.UnknownNameError, "no reference named 'lists'"),
+    (dict(along="hold", start=[0.0] * 7), errors.LwrDynError, "start"),
+    (dict(along="line", shift=[0.0] * 3), errors.OptionError, "shift: no option of reference line"),
+    (dict(along="line"), errors.OptionError, "start: not given"),
 ]
 
 
 @pytest.mark.parametrize(("options", "error", "words"), BAD)
 def test_bad_options_are_one_line(ist, options, error, words):
+    made = partial(lwr_dyn.reference, "least-time", ARM) if "along" in options else partial(least_time, ARM, ist)
     with pytest.raises(error) as caught:
-        least_time(ARM, ist, **options)
+        made(**options)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -227,20 +207,16 @@ def test_what_has_no_path_or_no_limits_is_refused(ist):
         least_time(ARM, lwr_dyn.reference("hold", ARM, q=START))
     with pytest.raises(errors.OptionError, match="not known apart from its timing"):
         path_of_reference(type("Other", (), {"duration": 1.0, "sample": None})())
-    urdf_like = lwr_dyn.load("kr30ha")
-    if not np.isfinite(urdf_like.effort).all():
-        slow = lwr_dyn.reference("point-to-point", urdf_like, start=[0.0] * 6, end=[0.1] * 6)
-        with pytest.raises(errors.MissingDataError, match="limit of torque"):
-            least_time(urdf_like, slow)
+    unlimited = lwr_dyn.load("kr30ha")
+    slow = lwr_dyn.reference("point-to-point", unlimited, start=[0.0] * 6, end=[0.1] * 6)
+    with pytest.raises(errors.MissingDataError, match="limit of torque"):
+        least_time(unlimited, slow)
 
 
 def test_without_toppra_the_extra_is_named(ist, monkeypatch):
     monkeypatch.setitem(sys.modules, "toppra.algorithm", None)
     with pytest.raises(errors.MissingPackageError, match=r"pip install 'lwr_dyn\[design\]'"):
         least_time(ARM, ist)
-
-
-MOVE = {"start": [0.0] * 7, "end": [0.5] * 7}
 
 
 def test_it_follows_the_path_of_another_task():
@@ -251,24 +227,33 @@ def test_it_follows_the_path_of_another_task():
 
 @pytest.mark.slow
 def test_its_name_says_whose_path_it_is():
-    line = {"start": [0.0, 0.5, 0.0, -1.2, 0.0, 0.6, 0.0], "to_xyz": [-0.3, 0.2, 0.5]}
-    quick = lwr_dyn.reference("least-time", ARM, along="line", **line)
+    quick = lwr_dyn.reference("least-time", ARM, along="line", start=START, to_xyz=[-0.3, 0.2, 0.5])
     assert quick.about["task"] == "line in the least time"
     assert quick.about["timing"]["effort_share"] == 0.9
 
 
-@pytest.mark.parametrize(
-    ("options", "error", "words"),
-    [
-        ({"along": "least-time"}, errors.OptionError, "along: 'least-time'; allowed: another task"),
-        ({"along": "lists"}, errors.UnknownNameError, "no reference named 'lists'"),
-        ({"along": "hold", "start": [0.0] * 7}, errors.LwrDynError, "start"),
-        ({"along": "line", "shift": [0.0] * 3}, errors.OptionError, "shift: no option of reference line"),
-        ({"along": "line"}, errors.OptionError, "start: not given"),
-    ],
-)
-def test_task_bad_options_are_one_line(options, error, words):
-    with pytest.raises(error) as caught:
-        lwr_dyn.reference("least-time", ARM, **options)
-    assert words in str(caught.value)
-    assert "\n" not in str(caught.value)
+def test_each_piece_begins_at_its_cut_to_the_last_bit():
+    """0.1 + 0.2 is not 0.3: a start before the corner would take the direction before it."""
+    whole = joined([quintic(0.1, 1.0), quintic(0.2, 1.0), quintic(0.3, 1.0)], np.array([0.0, 0.1, 0.3, 0.6]))
+    assert whole.at(np.array([1.0, 2.0])).s.tolist() == [0.1, 0.3]
+    assert whole.length == 0.6
+
+
+def test_ist_is_cut_at_its_corners_and_bends_are_known():
+    path = path_of_reference(lwr_dyn.reference("ist", ARM))
+    assert [round(piece.length, 3) for piece in path.pieces] == [0.3, 0.721, 0.05, 0.3]
+    assert [piece.breaks.size for piece in path.pieces] == [0, 6, 0, 0]
+    assert path.pieces[1].breaks[:2] == pytest.approx([0.095, 0.105], abs=1e-4)  # 5 mm before and after the first arc
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("task", ["ist", "line"])
+def test_a_piece_is_the_path_with_its_derivatives(task):
+    options = {} if task == "ist" else {"start": START, "to_xyz": [-0.3, 0.2, 0.5]}
+    reference = lwr_dyn.reference(task, ARM, **options)
+    piece = path_of_reference(reference).pieces[0]
+    s, h = np.linspace(0.1, 0.9, 9) * piece.length, 1e-6 * piece.length
+    (q, first, second), ahead, behind = (piece.curve(x) for x in (s, s + h, s - h))
+    assert (ahead[0] - behind[0]) / (2.0 * h) == pytest.approx(first, abs=1e-6)
+    assert (ahead[1] - behind[1]) / (2.0 * h) == pytest.approx(second, abs=1e-4)
+    assert q.shape == (9, 7)

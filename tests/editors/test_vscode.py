@@ -48,19 +48,12 @@ def kind_of(token):
     return token.kind if token.kind in SCOPES else None
 
 
-def sources():
-    """Texts of the project's own programs, written and drawn."""
-    yield from BACKUP.values()
-    for path in sorted(PROGRAMS.rglob("*")):
-        if path.suffix in (".src", ".dat", ".sub"):
-            yield path.read_text(encoding="latin-1")
-    for seed in range(400):
-        yield Writer(seed).file().text()
-
-
 def lines_of_tokens():
-    """Each line that the lexer reads, with its tokens that have a colour; no line twice."""
-    for text in dict.fromkeys(line for source in sources() for line in source.splitlines()):
+    """Each line of the project's own programs, written and drawn, that the lexer reads, with its coloured tokens."""
+    files = [path for path in sorted(PROGRAMS.rglob("*")) if path.suffix in (".src", ".dat", ".sub")]
+    texts = [*BACKUP.values(), *(path.read_text(encoding="latin-1") for path in files)]
+    texts += [Writer(seed).file().text() for seed in range(400)]
+    for text in dict.fromkeys(line for source in texts for line in source.splitlines()):
         if text.lstrip().startswith("&"):
             continue
         try:
@@ -95,24 +88,22 @@ def packages(tmp_path_factory):
 
 def node(*arguments, text=None, modules=None):
     """What node prints; the whole is shown where it fails."""
-    more = {} if modules is None else {"NODE_PATH": str(modules)}
-    result = subprocess.run(
-        ["node", *map(str, arguments)],
-        input=text,
-        text=True,
-        capture_output=True,
-        env={**os.environ, **more},
-        check=False,
-    )
+    env = {**os.environ, **({} if modules is None else {"NODE_PATH": str(modules)})}
+    command = ["node", *map(str, arguments)]
+    result = subprocess.run(command, input=text, text=True, capture_output=True, env=env, check=False)
     assert result.returncode == 0, result.stdout + result.stderr
     return result.stdout
+
+
+def scopes_of(asked, packages):
+    """What the grammar makes of the words that begin at columns of lines."""
+    return json.loads(node(EDITOR / "test/agree.js", GRAMMAR, text=json.dumps(asked), modules=packages))
 
 
 @pytest.mark.slow
 def test_colours_agree_with_the_lexer(packages):
     lines = list(lines_of_tokens())
-    asked = json.dumps([[text, [column for column, _, _ in tokens]] for text, tokens in lines])
-    scopes = json.loads(node(EDITOR / "test/agree.js", GRAMMAR, text=asked, modules=packages))
+    scopes = scopes_of([[text, [column for column, _, _ in tokens]] for text, tokens in lines], packages)
     assert sum(len(tokens) for _, tokens in lines) > 10000
     assert disagreements(lines, scopes) == []
 
@@ -135,13 +126,9 @@ LINES = [
 @pytest.mark.slow
 def test_colours_of_chosen_lines(packages):
     asked = [[text, [re.search(rf"\b{word}\b", text).start() for word in wanted]] for text, wanted in LINES]
-    scopes = json.loads(node(EDITOR / "test/agree.js", GRAMMAR, text=json.dumps(asked), modules=packages))
-    for (text, wanted), found in zip(LINES, scopes, strict=True):
-        looks = {
-            word: scope if not scope.startswith(wanted[word]) else wanted[word]
-            for word, scope in zip(wanted, found, strict=True)
-        }
-        assert (text, looks) == (text, wanted)
+    for (text, wanted), found in zip(LINES, scopes_of(asked, packages), strict=True):
+        looks = dict(zip(wanted, found, strict=True))
+        assert (text, [x for x in wanted if not looks[x].startswith(wanted[x])]) == (text, []), looks
 
 
 @pytest.mark.slow
@@ -189,37 +176,26 @@ def test_the_grammar_is_fresh_and_knows_each_keyword_once(tmp_path, capsys):
     assert "stale" in capsys.readouterr().out
 
 
-def manifest():
-    return json.loads((EDITOR / "package.json").read_text(encoding="utf-8"))
+def read(name):
+    return json.loads((EDITOR / name).read_text(encoding="utf-8"))
 
 
-def test_the_version_is_the_project_s_and_the_lock_s():
-    lock = json.loads((EDITOR / "package-lock.json").read_text(encoding="utf-8"))
-    assert manifest()["version"] == lock["version"] == VERSION
-    assert lock["packages"][""]["devDependencies"] == manifest()["devDependencies"]
-
-
-def test_models_stay_xml_and_data_files_are_claimed_by_place_or_first_line():
-    krl, xml = manifest()["contributes"]["languages"]
+def test_what_the_manifest_says():
+    manifest, lock = read("package.json"), read("package-lock.json")
+    assert manifest["version"] == lock["version"] == VERSION
+    assert lock["packages"][""]["devDependencies"] == manifest["devDependencies"]
+    # models stay XML, and data files are claimed by their place or first line
+    krl, xml = manifest["contributes"]["languages"]
     assert (krl["extensions"], xml) == ([".src", ".sub"], {"id": "xml", "extensions": [".urdf", ".xacro"]})
     assert all(pattern.startswith(("**/KRC/", "**/R[1-6]/", "**/STEU/", "$")) for pattern in krl["filenamePatterns"])
-    for line, is_krl in (("&ACCESS RVP", True), ("DEFDAT a PUBLIC", True), ("defdat a", True), ("DEFDATA", False),
-                         ("&amp;", False), ("1 2 3", False)):  # fmt: skip
-        assert bool(re.match(krl["firstLine"], line)) is is_krl
-
-
-def test_a_save_of_a_program_is_asked_first_and_changes_nothing_by_itself():
-    settings = manifest()["contributes"]["configurationDefaults"]
+    lines = ["&ACCESS RVP", "DEFDAT a PUBLIC", "defdat a", "DEFDATA", "&amp;", "1 2 3"]
+    assert [bool(re.match(krl["firstLine"], x)) for x in lines] == [True] * 3 + [False] * 3
+    # a save of a program is asked first and changes nothing by itself
+    settings = manifest["contributes"]["configurationDefaults"]
     kind = re.search(r'KIND = "([\w.-]+)"', (EDITOR / "src/guard.js").read_text(encoding="utf-8"))[1]
     assert all(settings[language]["editor.codeActionsOnSave"] == {kind: "always"} for language in ("[krl]", "[xml]"))
-    off = (
-        "files.autoGuessEncoding",
-        "files.insertFinalNewline",
-        "files.trimFinalNewlines",
-        "files.trimTrailingWhitespace",
-    )
-    assert not any(settings["[krl]"][name] for name in off)
-    assert settings["[krl]"]["files.autoSave"] == "off"
+    off = ["autoGuessEncoding", "insertFinalNewline", "trimFinalNewlines", "trimTrailingWhitespace"]
+    assert [settings["[krl]"][f"files.{name}"] for name in (*off, "autoSave")] == [*[False] * 4, "off"]
 
 
 def expanded(body):
@@ -231,12 +207,9 @@ def expanded(body):
     return re.sub(r"(?<!\\)\$(?:\d|TM_SELECTED_TEXT)|\$\{\d\}", "", text).replace("\\$", "$")
 
 
-@pytest.mark.parametrize(
-    ("name", "body"),
-    [(k, v["body"]) for k, v in json.loads((EDITOR / "snippets/krl.json").read_text(encoding="utf-8")).items()],
-)
-def test_a_snippet_is_krl(name, body):
-    file, faults = parse_text(expanded(body) + "\n")
+@pytest.mark.parametrize("name", read("snippets/krl.json"))
+def test_a_snippet_is_krl(name):
+    file, faults = parse_text(expanded(read("snippets/krl.json")[name]["body"]) + "\n")
     assert faults == ()
     assert not re.search(r"\$\{|\|", file.text())
 

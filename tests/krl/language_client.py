@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from pathlib import Path
+from urllib.parse import unquote
 
 PATIENCE = 60.0
 
@@ -109,6 +110,28 @@ class LanguageClient:
     def save(self, path):
         self.notify("textDocument/didSave", {"textDocument": {"uri": path.as_uri()}})
 
+    def close(self, path):
+        self.notify("textDocument/didClose", {"textDocument": {"uri": path.as_uri()}})
+
     def ask(self, what, path, line, character, **more):
-        place = {"textDocument": {"uri": path.as_uri()}, "position": {"line": line, "character": character}}
-        return self.request(f"textDocument/{what}", {**place, **more})
+        return self.of(what, path, position={"line": line, "character": character}, **more)
+
+    def of(self, what, path, **more):
+        """The answer about a file."""
+        return self.request(f"textDocument/{what}", {"textDocument": {"uri": path.as_uri()}, **more})
+
+
+def short(answer):
+    """An answer with its ranges as (line, character, line, character), and files by the end of their addresses."""
+    if isinstance(answer, list):
+        return [short(x) for x in answer]
+    if not isinstance(answer, dict):
+        return answer
+    if answer.keys() == {"start", "end"}:
+        return tuple(answer[end][of] for end in ("start", "end") for of in ("line", "character"))
+    return {key: unquote(x).rpartition("/")[2] if key == "uri" else short(x) for key, x in answer.items()}
+
+
+def span(first, last):
+    """A range from one (line, character) to another."""
+    return {end: dict(zip(("line", "character"), x, strict=True)) for end, x in (("start", first), ("end", last))}

@@ -12,21 +12,9 @@ COMPONENTS = list("XYZABCST")
 KEYWORD_MEMBERS = ("IN", "OUT", "ON", "OFF", "TO", "SEC", "DO", "PUBLIC", "LIN", "TRUE", "NOT", "END", "WAIT")
 """Keywords, which are names as components and as constants of an enumeration."""
 PLAIN = (
-    "BRAKE",
-    "BRAKE F",
-    "ON_ERROR_PROCEED",
-    "END",
-    "ENDFCT",
-    "ENDDAT",
-    "ELSE",
-    "ENDIF",
-    "LOOP",
-    "ENDLOOP",
-    "REPEAT",
-    "HALT",
-    "EXIT",
-    "CONTINUE",
-)
+    "BRAKE", "BRAKE F", "ON_ERROR_PROCEED", "END", "ENDFCT", "ENDDAT", "ELSE", "ENDIF", "LOOP", "ENDLOOP", "REPEAT",
+    "HALT", "EXIT", "CONTINUE",
+)  # fmt: skip
 OPERATORS = tuple(e.PRIORITY)
 
 
@@ -51,17 +39,13 @@ class Writer:
 
     def literal(self) -> e.Literal:
         r = self.r
-        return r.choice(
-            (
-                lambda: e.Integer(r.randrange(2**31)),
-                lambda: e.Integer(r.randrange(8), 2, 3),
-                lambda: e.Integer(r.randrange(256), 16, 2),
-                lambda: e.Real(r.choice((0.0, 91.0, 1e-7, 2.5, 1e30, r.random(), r.uniform(0, 1e6)))),
-                lambda: e.Bool(r.random() < 0.5),
-                lambda: e.Text(r.choice(("", "a", "two words", "; no comment", "'{"))),
-                lambda: e.EnumLiteral(r.choice(("INITMOV", "red", "BASE"))),
-            )
-        )()
+        return r.choice((
+            lambda: e.Integer(r.randrange(2**31)), lambda: e.Integer(r.randrange(8), 2, 3),
+            lambda: e.Integer(r.randrange(256), 16, 2),
+            lambda: e.Real(r.choice((0.0, 91.0, 1e-7, 2.5, 1e30, r.random(), r.uniform(0, 1e6)))),
+            lambda: e.Bool(r.random() < 0.5), lambda: e.Text(r.choice(("", "a", "two words", "; no comment", "'{"))),
+            lambda: e.EnumLiteral(r.choice(("INITMOV", "red", "BASE"))),
+        ))()  # fmt: skip
 
     def expression(self, depth: int = 3) -> e.Expression:
         kind = self.r.randrange(7) if depth else self.r.randrange(2)
@@ -103,13 +87,10 @@ class Writer:
     def statement(self) -> s.Statement:
         r, x = self.r, self.expression
         makers = (
-            self.assign,
-            self.invoke,
-            lambda: d.Header("&REL 7"),
+            self.assign, self.invoke, lambda: d.Header("&REL 7"),
             lambda: d.Def("f", (d.Parameter("a", "IN"), d.Parameter("b", None, 2)), is_global=r.random() < 0.5),
             lambda: d.Def("g", (), "CHAR", r.choice((None, (), (e.Integer(15),)))),
-            lambda: d.DefDat("d", r.random() < 0.5),
-            lambda: s.Plain(r.choice(PLAIN)),
+            lambda: d.DefDat("d", r.random() < 0.5), lambda: s.Plain(r.choice(PLAIN)),
             lambda: d.Declaration(r.choice((None, "INT", "E6POS")), self.declarators(), True, r.random() < 0.3),
             lambda: d.Declaration("REAL", self.declarators(), False, False, r.random() < 0.3),
             lambda: d.EnumType("col", ("red", *r.sample(KEYWORD_MEMBERS, 2))),
@@ -121,45 +102,32 @@ class Writer:
             lambda: d.External("far", "CHAR", ("INT:IN",), r.choice(((), (e.Integer(15),)))),
             lambda: s.Invoke(e.FunctionCall("COPEN", (e.ChannelName("SER_3"), self.reference(0)))),
             lambda: s.Confirm(x(1)),
-            lambda: d.StructType(
-                "t", (("INT", (d.Declarator("a"), d.Declarator("b", (e.Integer(2),)))), ("FRAME", (d.Declarator("f"),)))
-            ),
+            lambda: d.StructType("t", (("INT", (d.Declarator("a"), d.Declarator("b", (e.Integer(2),)))),
+                                       ("FRAME", (d.Declarator("f"),)))),
             lambda: d.Signal("lamp", e.Index(e.Name("$OUT"), (e.Integer(1),)), r.choice((None, self.reference(0)))),
             lambda: d.External("far", r.choice((None, "INT")), ("INT:IN", "REAL[]:OUT")),
-            lambda: s.Move(
-                r.choice(("PTP", "LIN", "LIN_REL", "SPTP")),
-                x(2),
-                blends=r.choice(((), ("C_PTP", "C_DIS"))),
-                frame=r.choice((None, "TOOL")),
-            ),
+            lambda: s.Move(r.choice(("PTP", "LIN", "LIN_REL", "SPTP")), x(2), blends=r.choice(((), ("C_PTP", "C_DIS"))),
+                           frame=r.choice((None, "TOOL"))),
             lambda: s.Move("SLIN", x(1), settings=(self.assign(), self.assign()), blends=("C_SPL",)),
-            lambda: s.Move(
-                "CIRC", x(1), auxiliary=x(1), angle=r.choice((None, x(1))), blends=r.choice(((), ("C_DIS",)))
-            ),
+            lambda: s.Move("CIRC", x(1), auxiliary=x(1), angle=r.choice((None, x(1))),
+                           blends=r.choice(((), ("C_DIS",)))),
             lambda: s.SplineBlock("SPLINE", r.choice(((), (self.assign(),)))),
-            lambda: s.EndSpline(r.choice(((), ("C_SPL",)))),
-            lambda: s.Wait(r.choice(("SEC", "FOR")), x()),
+            lambda: s.EndSpline(r.choice(((), ("C_SPL",)))), lambda: s.Wait(r.choice(("SEC", "FOR")), x()),
             lambda: s.Condition(r.choice(("IF", "WHILE", "UNTIL", "SWITCH")), x()),
             lambda: s.CaseBranch(tuple(x(1) for _ in range(r.randint(1, 3)))),
             lambda: s.For(e.Name("i"), x(1), x(1), r.choice((None, x(1)))),
-            lambda: s.Jump("there"),
-            lambda: s.Label("there"),
-            lambda: s.Return(r.choice((None, x()))),
-            lambda: s.InterruptDeclaration(
-                x(0), x(2), r.choice((self.assign, self.invoke))(), r.random() < 0.5, r.random() < 0.3
-            ),
+            lambda: s.Jump("there"), lambda: s.Label("there"), lambda: s.Return(r.choice((None, x()))),
+            lambda: s.InterruptDeclaration(x(0), x(2), r.choice((self.assign, self.invoke))(), r.random() < 0.5,
+                                           r.random() < 0.3),
             lambda: s.InterruptSwitch(r.choice(("ON", "OFF", "ENABLE", "DISABLE")), r.choice((None, e.Integer(3)))),
-            lambda: s.Trigger(
-                r.choice(("DISTANCE", "PATH")), x(1), x(1), self.invoke(), r.choice((None, x(1))), r.random() < 0.5
-            ),
+            lambda: s.Trigger(r.choice(("DISTANCE", "PATH")), x(1), x(1), self.invoke(), r.choice((None, x(1))),
+                              r.random() < 0.5),
             lambda: s.ConstantSpeed(r.choice(("START", "END")), x(1), r.random() < 0.5),
-            lambda: s.TimeBlock("START"),
-            lambda: s.TimeBlock(r.choice(("PART", "END")), x(1)),
+            lambda: s.TimeBlock("START"), lambda: s.TimeBlock(r.choice(("PART", "END")), x(1)),
             lambda: s.ConditionalStop(x(1), x(2), r.random() < 0.5),
-            lambda: s.Analog(
-                "ANOUT", "ON", self.reference(1), x(1), r.choice(((), (s.Assign(e.Name("DELAY"), x(0)),)))
-            ),
-        )
+            lambda: s.Analog("ANOUT", "ON", self.reference(1), x(1),
+                             r.choice(((), (s.Assign(e.Name("DELAY"), x(0)),)))),
+        )  # fmt: skip
         return r.choice(makers)()
 
     def file(self) -> SourceFile:

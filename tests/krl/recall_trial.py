@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
 import time
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from lwr_dyn.krl.editor.completions import completions
@@ -13,6 +15,7 @@ from lwr_dyn.krl.editor.referents import line_context
 from lwr_dyn.krl.language import declarations as d
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.lexer import LineError, Token, tokens_of
+from lwr_dyn.krl.language.statements import Statement
 
 
 @dataclass
@@ -30,6 +33,18 @@ class RecallTrial:
         return self.offered.total() / max(self.asked.total(), 1)
 
 
+def words_in_code(project: EditedProject) -> Iterator[tuple[str, int, Statement, list[Token], int]]:
+    """File, line from 0, statement and words of each line of code, and which of the words is a name."""
+    for file in project.project.files:
+        for i, line in enumerate(file.file.lines):
+            if line.statement is None or line.shown.lstrip().startswith("&"):
+                continue
+            with contextlib.suppress(LineError):
+                tokens = tokens_of(line.shown)[0]
+                names = [k for k, token in enumerate(tokens) if token.kind in ("NAME", "ENUMERATION")]
+                yield from ((file.file.name, i, line.statement, tokens, k) for k in names)
+
+
 def hidden_names(project: EditedProject) -> list[tuple[str, int, int, str, str]]:
     """File, line from 0, column from 0 where one asks, kind and text of each name that is used in code.
 
@@ -37,21 +52,12 @@ def hidden_names(project: EditedProject) -> list[tuple[str, int, int, str, str]]
     of `$` after two signs, a constant after #, a component and an item of an aggregate before it.
     """
     out = []
-    for file in project.project.files:
-        for i, line in enumerate(file.file.lines):
-            if line.statement is None or line.shown.lstrip().startswith("&"):
-                continue
-            try:
-                tokens = tokens_of(line.shown)[0]
-            except LineError:
-                continue
-            for k, token in enumerate(tokens):
-                if token.kind in ("NAME", "ENUMERATION") and not is_new(line.statement, token, k):
-                    kind = _kind(tokens, k)
-                    text = token.text.lstrip("# \t")
-                    first = token.column - 1 + len(token.text) - len(text)
-                    after = {"name": 1, "system": 2}.get(kind, 0)
-                    out.append((file.file.name, i, first + after, kind, text.upper()))
+    for file, i, statement, tokens, k in words_in_code(project):
+        token = tokens[k]
+        if not is_new(statement, token, k):
+            kind, text = _kind(tokens, k), token.text.lstrip("# \t")
+            first = token.column - 1 + len(token.text) - len(text)
+            out.append((file, i, first + {"name": 1, "system": 2}.get(kind, 0), kind, text.upper()))
     return out
 
 

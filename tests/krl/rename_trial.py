@@ -11,11 +11,8 @@ from pathlib import Path
 from lwr_dyn.krl.editor.edited_project import EditedProject
 from lwr_dyn.krl.editor.referents import name_column
 from lwr_dyn.krl.editor.renaming import KeptNameError, renamable, renamed
-from lwr_dyn.krl.language.lexer import LineError, tokens_of
 from tests.krl.random_projects import ROUTINES, VARIABLES, random_modules
-
-Place = tuple[str, int, int]
-"""File, line from 0, column from 1."""
+from tests.krl.recall_trial import words_in_code
 
 
 @dataclass
@@ -27,21 +24,6 @@ class RenameTrial:
     kinds: Counter[str] = field(default_factory=Counter)
     kept: Counter[str] = field(default_factory=Counter)
     changed: list[str] = field(default_factory=list)
-
-
-def names_of(project: EditedProject) -> list[Place]:
-    """All places where a name stands in code."""
-    out = []
-    for file in project.project.files:
-        for i, line in enumerate(file.file.lines):
-            if line.statement is not None and not line.shown.lstrip().startswith("&"):
-                try:
-                    tokens = tokens_of(line.shown)[0]
-                except LineError:
-                    continue
-                names = (t for t in tokens if t.kind in ("NAME", "ENUMERATION"))
-                out += [(file.file.name, i, name_column(t)) for t in names]
-    return out
 
 
 def random_backup(rng: random.Random, folder: Path) -> EditedProject:
@@ -58,7 +40,8 @@ def random_backup(rng: random.Random, folder: Path) -> EditedProject:
 
 def rename_trial(project: EditedProject, rng: random.Random, wanted: int, tries: int = 100_000) -> RenameTrial:
     """Rename names drawn by the seed, each in the project as it was, until so many were renamed."""
-    out, names = RenameTrial(), names_of(project)
+    words = words_in_code(project)
+    out, names = RenameTrial(), [(file, i, name_column(tokens[k])) for file, i, _, tokens, k in words]
     rng.shuffle(names)
     for file, line, column in names[:tries]:
         if out.renamed == wanted:

@@ -18,6 +18,12 @@ def told(*lines, data=None):
     return [(d.position.line, d.severity, d.code) for d in check_program(program_of(*lines, data=data))]
 
 
+def said(text, data=None, arm=None):
+    """What the check says of lines with " | " between them, as "3 type": line and code, with ? for a warning."""
+    found = check_program(program_of(*text.split(" | "), data=data), arm)
+    return [f"{d.position.line} {d.code}{'?' * (d.severity == 'warning')}" for d in found]
+
+
 def cell(text):
     return cell_of(parse_toml(text, "cell.toml"), "cell.toml")
 

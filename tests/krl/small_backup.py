@@ -1,5 +1,7 @@
 """A small backup: two modules, a $config.dat, and a second robot part whose names no other module sees."""
 
+from lwr_dyn.krl.editor.referents import line_context
+
 FILES = {
     "KRC/R1/Program/main.src": """&ACCESS RVP
 DEF main( )
@@ -76,3 +78,17 @@ def place_of(name, text, nth=0, word=""):
     lines = FILES[name].split("\n")
     line = [i for i, x in enumerate(lines) if text in x][nth]
     return line, lines[line].index(text) + text.index(word or text) + 1
+
+
+def cursor(text, nth=0, word="", name=MAIN):
+    """The same as an editor counts: line and character from 0."""
+    line, column = place_of(name, text, nth, word)
+    return line, column - 1
+
+
+def put(project, *lines, name=MAIN, at="GOTO again"):
+    """Lines that are written before the first one with a text: the context of the last of them."""
+    whole = project.texts.get(name, FILES[name]).split("\n")
+    first = next(i for i, x in enumerate(whole) if at in x)
+    project.set_text(name, "\n".join([*whole[:first], *lines, *whole[first:]]))
+    return line_context(project.program(name), project.project.file(name), first + len(lines) - 1)

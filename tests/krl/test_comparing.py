@@ -1,6 +1,7 @@
 """`krl diff`: points moved by how much, values, logic, configuration; layout, comments and case do not count."""
 
 import json
+import math
 
 import pytest
 
@@ -23,12 +24,9 @@ CONFIG = "DEFDAT $CONFIG\nTOOL_DATA[1]={X 0.0,Y 0.0,Z 100.0,A 0.0,B 0.0,C 0.0}\n
 @pytest.fixture
 def backups(tmp_path):
     for name in ("old", "new"):
-        program, system = tmp_path / name / "R1" / "Program", tmp_path / name / "R1" / "System"
-        program.mkdir(parents=True)
-        system.mkdir()
-        (program / "work.src").write_text(SRC)
-        (program / "work.dat").write_text(DAT)
-        (system / "$config.dat").write_text(CONFIG)
+        for file, text in (("Program/work.src", SRC), ("Program/work.dat", DAT), ("System/$config.dat", CONFIG)):
+            (tmp_path / name / "R1" / file).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / name / "R1" / file).write_text(text)
     return tmp_path
 
 
@@ -50,17 +48,14 @@ def test_points_move_by_millimetres_and_degrees(backups):
          ("S 2", "S 6"), ("A2 -90.0", "A2 -92.5"))  # fmt: skip
     (file,) = changed(backups).values()
     p1, home = file.points
-    assert (p1.name, p1.line, p1.moved_mm) == ("P1", 2, pytest.approx(5.0))
-    # from B 90 the turn by A and that by B are about different axes: cos(a/2) = cos(5 deg)^2 about
-    assert 10.0 < p1.turned_deg < 14.2
+    # from B 90 the turn by A and that by B are about different axes: cos(a/2) = cos(5 deg)^2
+    turned = pytest.approx(2 * math.degrees(math.acos(math.cos(math.radians(5)) ** 2)), abs=1e-6)
+    assert (p1.name, p1.line, p1.moved_mm, p1.turned_deg) == ("P1", 2, pytest.approx(5.0), turned)
     assert p1.others == ("S 2 -> 6",)
     assert (home.moved_mm, [(x.axis, x.change) for x in home.axes_deg]) == (None, [("A2", pytest.approx(-2.5))])
     assert not file.values
     assert not file.configuration
-
-
-def test_a_turn_about_one_axis_is_its_angle(backups):
-    edit(backups, "Program/work.dat", ("B 90.0", "B 87.0"))
+    edit(backups, "Program/work.dat", ("A 10.0,B 80.0", "A 0.0,B 87.0"))  # about one axis alone
     assert changed(backups)["R1/Program/work.dat"].points[0].turned_deg == pytest.approx(3.0)
 
 
@@ -135,10 +130,9 @@ def test_the_command(backups, lwr_dyn_command):
 
 
 def test_bad_input_is_one_line(backups, refused):
+    work = str(backups / "old" / "R1" / "Program" / "work.src")
     for after, message in (("none.src", "no such file"), ("new/R1/System", "a folder")):
-        assert message in refused(
-            "krl", "diff", str(backups / "old" / "R1" / "Program" / "work.src"), str(backups / after)
-        )
+        assert message in refused("krl", "diff", work, str(backups / after))
 
 
 def test_meaning():

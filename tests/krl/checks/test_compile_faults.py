@@ -3,34 +3,18 @@
 The kinds are those of the planted faults that `krl check` of version 0.2.0 passed.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-
 import pytest
 
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.program_run import check_program
 
-
-@dataclass(frozen=True)
-class Kind:
-    """The lines of `a.src` with the fault in `line` (from 1), the code that is told there, and the mended lines."""
-
-    name: str
-    bad: str
-    line: int
-    code: str
-    good: str
-    hint: str = ""
-    """What the line that helps must name."""
-
-
 ROUTINES = "DEF sub( )\nHALT\nEND\nDEF give(N:OUT)\nINT N\nN = 1\nEND\n"
 
 
 def kind(name, bad, line, code, good, hint="", /):
-    return Kind(name, f"DEF a( )\n{bad}\nEND\n{ROUTINES}", line, code, f"DEF a( )\n{good}\nEND\n{ROUTINES}", hint)
+    """Lines of `a.src` with a fault in `line` (from 1), the code and what its help names, and the mended lines."""
+    texts = (x if x.startswith("DEF a(") else f"DEF a( )\n{x}\nEND\n{ROUTINES}" for x in (bad, good))
+    return name, *texts, line, code, hint
 
 
 SPLINE, PTP_SPLINE = "SPLINE\nSPL {X 1}\n%s\nENDSPLINE", "PTP_SPLINE\nSPTP {A1 1}\n%s\nENDSPLINE"
@@ -44,7 +28,7 @@ KINDS = [
     kind("a command of BAS as $ name", "$VEL_PTP = 50", 2, "system-name", "$VEL_AXIS[1] = 50", "BAS(#VEL_PTP"),
     kind("a component as $ name", "$VEL_CP = 0.5", 2, "system-name", "$VEL.CP = 0.5", "$VEL.CP"),
     kind("a short $ name", "WAIT FOR $INP[3]", 2, "system-name", "WAIT FOR $IN[3]", "$IN"),
-    Kind("a parameter never declared", "DEF a(N:IN)\nHALT\nEND\n", 1, "parameter-type",
+    kind("a parameter never declared", "DEF a(N:IN)\nHALT\nEND\n", 1, "parameter-type",
          "DEF a(N:IN)\nINT N\nEND\n", "INT N"),
     kind("two letters of $IN swapped", "WAIT FOR $NI[3]", 2, "system-name", "WAIT FOR $IN[3]", "$IN"),
     kind("a letter of $IN left out", "WAIT FOR $I[3]", 2, "system-name", "WAIT FOR $IN[3]", "$IN"),
@@ -102,54 +86,26 @@ KINDS = [
 ]  # fmt: skip
 
 
-def diagnosed(text):
-    return check_program(parse_program(text, name="a"))
+def diagnosed(text, data=None):
+    return check_program(parse_program(text, data, "a"))
 
 
-@pytest.mark.parametrize("x", KINDS, ids=lambda x: x.name)
-def test_each_fault_is_diagnosed_at_its_line(x):
-    found = diagnosed(x.bad)
-    assert [(d.position.line, d.code) for d in found] == [(x.line, x.code)]
-    assert x.hint in found[0].hint
+@pytest.mark.parametrize(("bad", "good", "line", "code", "hint"), [x[1:] for x in KINDS], ids=[x[0] for x in KINDS])
+def test_each_fault_is_diagnosed_at_its_line_and_nothing_is_said_of_the_mended_program(bad, good, line, code, hint):
+    found = diagnosed(bad)
+    assert [(d.position.line, d.code) for d in found] == [(line, code)]
+    assert hint in found[0].hint
     assert found[0].hint
-
-
-@pytest.mark.parametrize("x", KINDS, ids=lambda x: x.name)
-def test_nothing_is_said_of_the_mended_program(x):
-    assert [str(d) for d in diagnosed(x.good)] == []
-
-
-def test_a_subprogram_may_be_given_an_input_and_a_text_for_out():
-    lines = 'DEF a( )\nask($IN[3])\nsay("abc")\nEND\nDEF ask(B:OUT)\nBOOL B\nEND\nDEF say(T[]:OUT)\nCHAR T[]\nEND\n'
-    assert [str(d) for d in diagnosed(lines)] == []
-
-
-def test_a_dat_gives_read_only_variables_their_first_value():
-    data = "DEFDAT a\n$MODE_OP=#T1\nCONST INT K=3\nENDDAT\n"
-    assert check_program(parse_program("DEF a( )\nEND\n", data, "a")) == ()
-
-
-def test_a_state_that_machine_data_put_on_an_output_is_read_only_all_the_same():
-    data = "DEFDAT a\nSIGNAL $PERI_RDY $OUT[1012]\nSIGNAL LAMP $OUT[12]\nENDDAT\n"
-    found = check_program(parse_program("DEF a( )\nLAMP = TRUE\n$PERI_RDY = TRUE\nEND\n", data, "a"))
-    assert [(d.position.line, d.code, d.severity) for d in found] == [(3, "read-only", "error")]
-
-
-DECLARED_BY_NAME = f"DEF a( )\n%sINTERRUPT DECL LEVEL WHEN $IN[1] DO sub()\nINTERRUPT ON %d\nEND\n{ROUTINES}"
+    assert [str(d) for d in diagnosed(good)] == []
 
 
 @pytest.mark.parametrize(
     ("line", "number", "first", "codes"),
-    [
-        ("", 16, "=16", []),
-        ("", 11, "=16", ["interrupt"]),
-        ("", 11, "", []),
-        ("LEVEL = 11\n", 11, "=16", []),
-    ],
+    [("", 16, "=16", []), ("", 11, "=16", ["interrupt"]), ("", 11, "", []), ("LEVEL = 11\n", 11, "=16", [])],
 )
 def test_an_interrupt_declared_by_the_first_value_of_a_variable(line, number, first, codes):
-    data = f"DEFDAT a\nINT LEVEL{first}\nENDDAT\n"
-    found = check_program(parse_program(DECLARED_BY_NAME % (line, number), data, "a"))
+    text = f"DEF a( )\n{line}INTERRUPT DECL LEVEL WHEN $IN[1] DO sub()\nINTERRUPT ON {number}\nEND\n{ROUTINES}"
+    found = diagnosed(text, f"DEFDAT a\nINT LEVEL{first}\nENDDAT\n")
     assert [d.code for d in found if d.code == "interrupt"] == codes
 
 
@@ -164,6 +120,8 @@ SOUND = [
     "DEF a( )\nON1:\nIF $IN[1] THEN\nGOTO ON1\nENDIF\nEND\n",
     "DEF a( )\nSWITCH $MODE_OP\nCASE #T1\nGOTO ON1\nON1:\nDEFAULT\nENDSWITCH\nEND\n",
     "DEF a( )\nPTP_SPLINE\nSPTP_REL {A1 1}\nENDSPLINE\nEND\n",
+    # a subprogram may be given an input and a text for OUT
+    'DEF a( )\nask($IN[3])\nsay("abc")\nEND\nDEF ask(B:OUT)\nBOOL B\nEND\nDEF say(T[]:OUT)\nCHAR T[]\nEND\n',
 ]
 
 
@@ -172,5 +130,9 @@ def test_nothing_is_said_of_sound_programs(text):
     assert [str(d) for d in diagnosed(text)] == []
 
 
-def test_a_block_without_its_end_is_the_only_fault():
+def test_a_dat_gives_read_only_variables_their_first_value_but_an_output_of_machine_data_stays_read_only():
+    assert diagnosed("DEF a( )\nEND\n", "DEFDAT a\n$MODE_OP=#T1\nCONST INT K=3\nENDDAT\n") == ()
+    data = "DEFDAT a\nSIGNAL $PERI_RDY $OUT[1012]\nSIGNAL LAMP $OUT[12]\nENDDAT\n"
+    found = diagnosed("DEF a( )\nLAMP = TRUE\n$PERI_RDY = TRUE\nEND\n", data)
+    assert [(d.position.line, d.code, d.severity) for d in found] == [(3, "read-only", "error")]
     assert [d.code for d in diagnosed("DEF a( )\nSPLINE\nSPL {X 1}\nHALT\nEND\n")] == ["missing-end"]

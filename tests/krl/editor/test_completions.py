@@ -7,43 +7,41 @@ import pytest
 
 from lwr_dyn.krl.editor.completions import completions
 from lwr_dyn.krl.editor.edited_project import EditedProject
-from lwr_dyn.krl.editor.referents import line_context
 from tests.krl import planting
 from tests.krl.recall_trial import recall_trial
-from tests.krl.small_backup import CONFIG, FILES, MAIN, write_backup
+from tests.krl.small_backup import CONFIG, put, write_backup
 
 CELL = Path(planting.__file__).parent / "cell"
+STEU = "KRC/STEU/$config.dat"
 
 
-@pytest.fixture
-def project(tmp_path):
-    return EditedProject(write_backup(tmp_path))
-
-
-def offered(project, written, after="shared_count = shared_count + i", name=MAIN):
-    """What is offered at the end of a line that is written behind another one, and where it would begin."""
-    lines = FILES[name].split("\n")
-    at = next(i for i, x in enumerate(lines) if after in x) + 1
-    project.set_text(name, "\n".join([*lines[:at], written, *lines[at:]]))
-    context = line_context(project.program(name), project.project.file(name), at)
-    start, found = completions(context, len(written))
+def offered(project, written, **place):
+    """What is offered at the end of a line that is written, and the part of it that would be replaced."""
+    start, found = completions(put(project, written, **place), len(written))
     return written[start:], found
 
 
-def texts(project, written, **more):
-    return {x.text.upper() for x in offered(project, written, **more)[1]}
+def texts(project, written, **place):
+    return {x.text.upper() for x in offered(project, written, **place)[1]}
 
 
+STATES, GRIP = {"OPEN", "SHUT"}, {"STATE", "FORCE"}
 PLACES = {
-    "components of a variable": ("grip.", {"STATE", "FORCE"}),
-    "components while one is written": ("grip.st", {"STATE", "FORCE"}),
+    "components of a variable": ("grip.", GRIP),
+    "components while one is written": ("grip.st", GRIP),
     "components of an element": ("TOOL_DATA[i + f(2)].", set("XYZABC")),
-    "constants of the variable": ("grip.state = #", {"OPEN", "SHUT"}),
-    "constants in a comparison": ("IF grip.state == #OP", {"OPEN", "SHUT"}),
+    "components of a component of an element": ("boxes[2].grip[1].", GRIP),
+    "no component of what is unknown": ("nix.state.", set()),
+    "constants of the variable": ("grip.state = #", STATES),
+    "constants in a comparison": ("IF grip.state == #OP", STATES),
     "items of an aggregate": ("pick = {X 1, ", {*"XYZABCST", *(f"E{i}" for i in range(1, 7))}),
     "items of a type that is written": ("x = {FRAME: X 1, ", set("XYZABC")),
-    "a declaration's items": ("DECL GRIP_T g = {state #OPEN, ", {"STATE", "FORCE"}),
-    "a constant as an item's value": ("DECL GRIP_T g = {state #", {"OPEN", "SHUT"}),
+    "items of a target, of whatever kind": ("PTP {", {*"XYZABCST", *(f"{k}{i}" for k in "AE" for i in range(1, 7))}),
+    "items of an argument": ("close_it ({", GRIP),
+    "items of an item": ("boxes[1] = {grip[1] {", GRIP),
+    "a declaration's items": ("DECL GRIP_T g = {state #OPEN, ", GRIP),
+    "a constant as an item's value": ("DECL GRIP_T g = {state #", STATES),
+    "a constant as an argument": ("shut (#", STATES),
     "labels": ("GOTO a", {"AGAIN"}),
     "nothing in a comment": ("i = 1 ; gr", set()),
     "nothing in a text": ('x[] = "gr', set()),
@@ -52,46 +50,51 @@ PLACES = {
 }
 
 
-@pytest.mark.parametrize("what", PLACES)
-def test_what_is_offered_is_what_can_stand_there(project, what):
-    written, expected = PLACES[what]
+@pytest.mark.parametrize(("written", "expected"), PLACES.values(), ids=PLACES)
+def test_what_is_offered_is_what_can_stand_there(project, written, expected):
+    put(project, "STRUC BOX GRIP_T grip[3]", "DECL BOX boxes[2]", name=CONFIG, at="ENDDAT")
+    put(project, "DEF shut(what:IN)", "DECL STATE_E what", "END", at="DEF helper")
     assert texts(project, written) == expected
 
 
+def test_a_proposal_has_its_kind_and_type_and_the_nearest_stands_above(project):
+    def described(written):
+        replaced, found = offered(project, written)
+        assert replaced == written.strip()
+        assert all(x.text[: len(replaced)].upper() == replaced.upper() for x in found)
+        return {x.text: (x.kind, x.detail, x.near) for x in found}
+
+    some = {"shared_count": ("variable", "INT", False), "STATE_E": ("type", "ENUM", False),
+            "SWITCH": ("keyword", "", False)}  # fmt: skip
+    assert some.items() <= described("  s").items()
+    some = {"pick": ("variable", "E6POS", True), "i": ("variable", "INT", True), "FOR": ("keyword", "", False),
+            "helper": ("routine", "DEF helper( )", True)}  # fmt: skip
+    whole = described("")
+    assert some.items() <= whole.items()
+    assert not any(x.startswith("$") for x in whole)  # those of the controller, once a dollar is written
+    assert {"$IN": ("system", "BOOL[]", False)}.items() <= described("$I").items()
+    found = [(x.text, x.kind, x.detail, x.near) for x in offered(project, "grip.")[1]]
+    assert found == [("STATE", "component", "STATE_E of GRIP_T", True), ("FORCE", "component", "REAL of GRIP_T", True)]
+
+
 def test_a_constant_of_a_parameter_comes_before_all_others(project):
-    found = texts(project, "BAS(#")
-    assert {"INITMOV", "VEL_PTP"} <= found
-    assert "SHUT" not in found or offered(project, "BAS(#")[1][0].near
+    found = offered(project, "BAS(#")[1]
+    assert {"INITMOV", "VEL_PTP"} <= {x.text for x in found if x.near and x.detail == "BAS_COMMAND"}
+    assert all(x.near == (x.detail == "BAS_COMMAND") for x in found)
 
 
-def test_the_constants_of_a_case_are_those_of_its_switch(project):
-    text = "SWITCH grip.state"
-    lines = FILES[MAIN].replace("helper ( )\n", f"{text}\nCASE #OPEN\nENDSWITCH\nhelper ( )\n", 1)
-    project.set_text(MAIN, lines)
-    at = lines.split("\n").index("CASE #OPEN")
-    context = line_context(project.program(MAIN), project.project.file(MAIN), at)
-    assert {x.text for x in completions(context, len("CASE #"))[1]} == {"OPEN", "SHUT"}
-
-
-def test_names_are_those_with_the_first_letter_and_the_nearest_come_first(project):
-    written, found = offered(project, "  sh")
-    assert written == "sh"
-    assert all(x.text[0].upper() == "S" for x in found)
-    by_name = {x.text: x for x in found}
-    assert {"shared_count", "SPEED", "SWITCH", "STRLEN"} <= set(by_name)
-    assert not by_name["SPEED"].near
-    assert next(x for x in offered(project, "p")[1] if x.text == "pick").near
-
-
-def test_names_of_the_controller_are_offered_once_a_dollar_is_written(project):
-    assert not any(x.startswith("$") for x in texts(project, ""))
-    assert {"$IN", "$INTERRUPT"} <= texts(project, "$I")
-    assert "$TOOL" not in texts(project, "$I")
+@pytest.mark.parametrize("end", [("ENDSWITCH",), ()])
+def test_the_constants_of_a_case_are_those_of_its_switch_also_while_it_has_no_end(project, end):
+    put(project, "SWITCH grip.state", "CASE #SHUT")
+    if end:
+        put(project, *end)
+        put(project, "HALT", at="ENDSWITCH")
+    assert texts(project, "CASE #", at=(end or ("GOTO again",))[0]) == STATES
 
 
 def test_a_name_of_another_robot_is_not_offered(project):
     assert {"SPEED", "SHARED_COUNT"} <= texts(project, "s")
-    assert "SHARED_COUNT" not in texts(project, "s", name="KRC/STEU/$config.dat", after="SPEED")
+    assert "SHARED_COUNT" not in texts(project, "s", name=STEU, at="ENDDAT")
 
 
 @pytest.mark.parametrize("folder", ["small", "cell"])

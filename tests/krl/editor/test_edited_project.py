@@ -7,76 +7,56 @@ import time
 import pytest
 
 from lwr_dyn.krl.editor.edited_project import LOST, EditedProject
-from lwr_dyn.krl.editor.outlines import folds_of, outline_items
-from lwr_dyn.krl.editor.session import Session
+from lwr_dyn.krl.editor.outlines import LONGEST, folds_of, outline_items
 from lwr_dyn.krl.language.blocks import outline_of
 from lwr_dyn.krl.language.source import parse_text
 from tests.krl.edited_texts import edits_agree
-from tests.krl.small_backup import CLOSE, CONFIG, FILES, MAIN, write_backup
+from tests.krl.small_backup import CLOSE, CONFIG, FILES, MAIN, put
 
-
-@pytest.fixture
-def project(tmp_path):
-    return EditedProject(write_backup(tmp_path))
+CLOSE_DATA = "KRC/R1/Program/close_it.dat"
 
 
 def codes(project, name):
     return [(d.position.line, d.code) for d in project.diagnostics(name)[name]]
 
 
-def test_a_whole_backup_has_no_diagnosis(project):
-    for name in FILES:
-        assert codes(project, name) == []
-
-
 def test_the_text_in_the_editor_counts_until_it_is_closed(project):
+    assert [codes(project, name) for name in FILES] == [[]] * len(FILES)
     project.set_text(MAIN, FILES[MAIN].replace("LIN pick", "LIN pik"))
     assert codes(project, MAIN) == [(11, "undeclared")]
+    assert project.diagnostics("KRC/R1/Program/main.dat").keys() == {MAIN, "KRC/R1/Program/main.dat"}
     project.close(MAIN)
     assert codes(project, MAIN) == []
 
 
-def test_a_change_in_one_file_is_seen_in_the_others(project):
-    data = "KRC/R1/Program/close_it.dat"
+@pytest.mark.parametrize(
+    ("name", "before", "after", "expected"),
+    [
+        (CLOSE_DATA, "GLOBAL ", "", [(17, "undeclared")]),
+        (CONFIG, "DECL REAL SPEED=0.25\n", "", [(25, "undeclared")]),  # that of the other robot is not seen
+        (MAIN, "(INI)", f"{LOST}ber", [(7, "encoding")]),
+    ],
+)
+def test_a_change_in_one_file_is_seen_in_the_others(project, name, before, after, expected):
     assert codes(project, MAIN) == []
-    project.set_text(data, FILES[data].replace("GLOBAL ", ""))
-    assert set(codes(project, MAIN)) == {(17, "undeclared")}
+    project.set_text(name, FILES[name].replace(before, after))
+    assert codes(project, MAIN) == expected
 
 
-def test_files_on_disk_come_change_and_go(project, tmp_path):
-    path = tmp_path / CLOSE
+def test_files_on_disk_come_change_and_go(project):
+    path = project.folder / CLOSE
     before = path.read_bytes()
     assert codes(project, MAIN) == []
     path.unlink()
     project.reread(CLOSE)
-    assert [code for _, code in codes(project, MAIN)] == ["unknown-call"]
+    assert codes(project, MAIN) == [(13, "unknown-call")]
     path.write_bytes(before.replace(b"close_it(g:OUT, n:IN)", b"close_it(g:OUT)"))
     project.reread(CLOSE)
-    assert (13, "arguments") in codes(project, MAIN)
-
-
-def test_the_other_robot_is_not_seen(project):
-    config = "KRC/R1/System/$config.dat"
-    project.set_text(config, FILES[config].replace("DECL REAL SPEED=0.25\n", ""))
-    assert codes(project, MAIN) == [(25, "undeclared")]
-
-
-def test_characters_that_the_editor_has_lost_are_said(project):
-    project.set_text(MAIN, FILES[MAIN].replace("(INI)", f"{LOST}ber"))
-    assert codes(project, MAIN) == [(7, "encoding")]
-
-
-def test_a_file_outside_of_all_folders_sees_those_beside_it(tmp_path):
-    write_backup(tmp_path / "backup")
-    session = Session()
-    session.add_folder(tmp_path / "backup" / "KRC")
-    inside = session.place(tmp_path / "backup" / MAIN)
-    assert (inside[0].folder.name, inside[1]) == ("KRC", "R1/Program/main.src")
-    project, name = session.place(tmp_path / "backup" / "loose.src")
-    assert (project.whole, name) == (False, "loose.src")
-    project.set_text(name, "DEF loose( )\nSPEED = 1\nEND\n")
-    assert codes(project, name) == [(2, "undeclared")]
-    assert [x.file.name for x in project.project.files] == ["loose.src"]
+    assert codes(project, MAIN) == [(13, "arguments")]
+    project.set_text(CLOSE, FILES[CLOSE])
+    path.write_bytes(b"DEF close_it( )\nEND\n")
+    project.reread(CLOSE)
+    assert codes(project, MAIN) == []  # it is open: the editor's text counts
 
 
 @pytest.mark.slow
@@ -107,52 +87,62 @@ def test_after_random_edits_answers_are_those_of_a_fresh_project(tmp_path, seed)
     assert edits_agree(tmp_path, seed, 12) > 50
 
 
-def tree(items):
-    return [(x.kind, x.name, x.first + 1, x.last + 1, *([tree(x.items)] if x.items else [])) for x in items]
+def tree(text):
+    """(Kind, name, lines from 1, what is within) of each entry."""
+
+    def branch(items):
+        return [(x.kind, x.name, x.first + 1, x.last + 1, *([branch(x.items)] if x.items else [])) for x in items]
+
+    file, _ = parse_text(text, "a.dat" if text.startswith("DEFDAT") else "a.src")
+    return branch(outline_items(file, outline_of(file)))
 
 
-def read(text, name="a.src"):
-    file, _ = parse_text(text, name)
-    return file, outline_of(file)
+TREES = {
+    "blocks and folds stand in their routine": (FILES[MAIN], [
+        ("routine", "main", 2, 20, [("fold", "INI", 5, 7), ("block", "FOR i = 1 TO 3", 10, 15, [
+            ("block", "IF grip.state == #OPEN THEN", 12, 14)])]),
+        ("routine", "helper", 22, 26),
+    ]),
+    "names of one line stand beside each other in their fold": (
+        "DEFDAT a\n;FOLD points;%{PE}\nDECL INT i, k\nDECL INT n\n;ENDFOLD\nENDDAT\n",
+        [("fold", "points", 2, 5, [("variable", "i", 3, 3), ("variable", "k", 3, 3), ("variable", "n", 4, 4)])],
+    ),
+    "what crosses is cut and what has no end is left out": (
+        "DEF a( )\n;FOLD x\nLOOP\n;ENDFOLD\nENDLOOP\n;FOLD y\nHALT\nEND\n;ENDFOLDER\n",
+        [("routine", "a", 1, 8, [("fold", "x", 2, 4, [("block", "LOOP", 3, 4)])])],
+    ),
+    "a block that is still open while it is written is shown": (
+        "DEF a( )\nWHILE TRUE\n  IF TRUE THEN\n    HALT\n",
+        [("routine", "a", 1, 4, [("block", "WHILE TRUE", 2, 4, [("block", "IF TRUE THEN", 3, 4)])])],
+    ),
+    "a name that is too long is cut, and a fold without one is called so": (
+        f"DEF a( )\n;FOLD {'n' * LONGEST}\n;FOLD {'m' * LONGEST}m\n;FOLD ;%P\n;ENDFOLD\n;ENDFOLD\n;ENDFOLD\nEND\n",
+        [("routine", "a", 1, 8, [("fold", "n" * LONGEST, 2, 7, [("fold", "m" * (LONGEST - 1) + "…", 3, 6, [
+            ("fold", "fold", 4, 5)])])])],
+    ),
+}  # fmt: skip
 
 
-def test_blocks_and_folds_stand_in_their_routine():
-    loop = ("block", "FOR i = 1 TO 3", 10, 15, [("block", "IF grip.state == #OPEN THEN", 12, 14)])
-    main = ("routine", "main", 2, 20, [("fold", "INI", 5, 7), loop])
-    assert tree(outline_items(*read(FILES[MAIN]))) == [main, ("routine", "helper", 22, 26)]
+@pytest.mark.parametrize(("text", "expected"), TREES.values(), ids=TREES)
+def test_a_file_as_a_tree(text, expected):
+    assert tree(text) == expected
 
 
 def test_a_data_file_shows_its_names_with_their_types():
-    items = outline_items(*read(FILES[CONFIG], "$config.dat"))
-    assert [(x.kind, x.name, x.detail) for x in items] == [
-        ("type", "STATE_E", "ENUM"),
-        ("type", "GRIP_T", "STRUC"),
-        ("variable", "XHOME", "E6AXIS"),
-        ("variable", "TOOL_DATA", "FRAME[]"),
-        ("variable", "SPEED", "REAL"),
-    ]
+    file, _ = parse_text(FILES[CONFIG].replace("ENDDAT", "SIGNAL LAMP $OUT[1]\nENDDAT"), "$config.dat")
+    assert [(x.kind, x.name, x.detail, x.first) for x in outline_items(file, outline_of(file))] == [
+        ("type", "STATE_E", "ENUM", 1), ("type", "GRIP_T", "STRUC", 2), ("variable", "XHOME", "E6AXIS", 3),
+        ("variable", "TOOL_DATA", "FRAME[]", 4), ("variable", "SPEED", "REAL", 7), ("variable", "LAMP", "SIGNAL", 8),
+    ]  # fmt: skip
+    function = parse_text("DEFFCT INT f( )\nENDFCT\n", "f.src")[0]
+    assert [x.detail for x in outline_items(function, outline_of(function))] == ["INT"]
 
 
-def test_names_of_one_line_stand_beside_each_other_in_their_fold():
-    text = "DEFDAT a\n;FOLD points;%{PE}\nDECL INT i, k\nDECL INT n\n;ENDFOLD\nENDDAT\n"
-    (fold,) = outline_items(*read(text, "a.dat"))
-    assert (fold.name, [x.name for x in fold.items]) == ("points", ["i", "k", "n"])
-
-
-def test_what_crosses_is_cut_and_what_has_no_end_is_left_out():
-    text = "DEF a( )\n;FOLD x\nLOOP\n;ENDFOLD\nENDLOOP\n;FOLD y\nHALT\nEND\n;ENDFOLDER\n"
-    assert tree(outline_items(*read(text))) == [
-        ("routine", "a", 1, 8, [("fold", "x", 2, 4, [("block", "LOOP", 3, 4)])])
-    ]
-
-
-def test_a_block_that_is_still_open_while_it_is_written_is_shown():
-    text = "DEF a( )\nWHILE TRUE\n  IF TRUE THEN\n    HALT\n"
-    shown = tree(outline_items(*read(text)))
-    assert shown == [("routine", "a", 1, 4, [("block", "WHILE TRUE", 2, 4, [("block", "IF TRUE THEN", 3, 4)])])]
-
-
-def test_what_can_be_folded_has_more_than_one_line():
-    folds = folds_of(*read(FILES[MAIN]))
-    ranges = [("block", 10, 15), ("block", 12, 14), ("fold", 5, 7), ("routine", 2, 20), ("routine", 22, 26)]
-    assert sorted((x.kind, x.first + 1, x.last + 1) for x in folds) == ranges
+def test_what_can_be_folded_has_more_than_one_line(project):
+    put(project, ";FOLD x\n;ENDFOLD")
+    file = project.project.file(MAIN)
+    ranges = [("block", 10, 15), ("block", 12, 14), ("fold", 5, 7), ("fold", 19, 20), ("routine", 2, 22)]
+    found = sorted((x.kind, x.first + 1, x.last + 1) for x in folds_of(file.file, file.outline))
+    assert found == [*ranges, ("routine", 24, 28)]
+    single = parse_text("DEF a( )", "a.src")[0]
+    assert folds_of(single, outline_of(single)) == []

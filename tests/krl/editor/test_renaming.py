@@ -10,126 +10,116 @@ from lwr_dyn.krl.editor.edited_project import EditedProject
 from lwr_dyn.krl.editor.renaming import KeptNameError, renamable, renamed
 from tests.krl import planting
 from tests.krl.rename_trial import random_backup, rename_trial, written
-from tests.krl.small_backup import CLOSE, CONFIG, FILES, MAIN, place_of, write_backup
+from tests.krl.small_backup import CLOSE, CONFIG, FILES, MAIN, place_of, put, write_backup
 
 CELL = Path(planting.__file__).parent / "cell"
-
-
-@pytest.fixture
-def project(tmp_path):
-    return EditedProject(write_backup(tmp_path))
+DATA = "KRC/R1/Program/main.dat"
+PICK, FORCE, OPEN, COUNT = (
+    (MAIN, "LIN pick", 0, "pick"), (CLOSE, "g.force", 0, "force"), (MAIN, "#OPEN", 0, "OPEN"),
+    (MAIN, "shared_count = ", 0, "shared_count"),
+)  # fmt: skip
 
 
 def rename(project, new, name, text, nth=0, word=""):
     return renamed(project, renamable(project, name, *place_of(name, text, nth, word)), new)
 
 
-def short(uses):
-    return [(x.file.rsplit("/", 1)[1], x.line) for x in uses]
-
-
 @pytest.mark.parametrize(
     ("place", "count"),
     {
-        "variable of a .dat": ((MAIN, "LIN pick", 0, "pick"), 2),
-        "variable of all": ((MAIN, "shared_count = ", 0, "shared_count"), 4),
+        "variable of a .dat": (PICK, 2),
+        "variable of all": (COUNT, 4),
         "local": ((MAIN, "FOR i", 0, "i"), 4),
         "parameter": ((CLOSE, "g.state", 0, "g"), 4),
         "routine": ((MAIN, "helper ( )", 0, "helper"), 2),
         "type": ((CLOSE, "DECL GRIP_T", 0, "GRIP_T"), 3),
-        "component": ((CLOSE, "g.force", 0, "force"), 2),
-        "constant": ((MAIN, "#OPEN", 0, "OPEN"), 2),
+        "component": (FORCE, 2),
+        "constant": (OPEN, 2),
         "label": ((MAIN, "GOTO again", 0, "again"), 2),
     }.values(),
 )
-def test_all_places_of_a_name_are_changed(project, place, count):
-    uses = rename(project, "other", *place)
+@pytest.mark.parametrize("new", ["other", "a_name_of_24_characters_"])
+def test_all_places_of_a_name_are_changed(project, place, count, new):
+    uses = rename(project, new, *place)
     assert len(uses) == count
-    word = place[3].lstrip("#")
-    after = project.with_texts(written(project, uses, len(word), "other"))
+    after = project.with_texts(written(project, uses, len(place[3]), new))
     for name in FILES:
         assert after.diagnostics(name) == project.diagnostics(name) == {x: () for x in after.diagnostics(name)}
-    text = "".join(x.shown for x in after.project.file(place[0]).file.lines)
-    assert "other" in text
+    assert new in "".join(x.shown for x in after.project.file(place[0]).file.lines)
 
 
+FORM = ";FOLD PTP pick Vel=100 % ;%{PE}%R 5\nPTP pick\n;ENDFOLD"
+TWIN = "DEFDAT two PUBLIC\nDECL GLOBAL INT shared_count=1\nENDDAT\n"
 KEPT = {
-    "of the controller": ("x", (MAIN, "$TOOL", 0, ""), "comes with the controller"),
-    "a function of the controller": ("x", (MAIN, "BAS (#", 0, "BAS"), "comes with the controller"),
-    "of the controller's structure": ("x", (MAIN, "S 2", 0, "S"), "comes with the controller"),
-    "of a file": ("x", (MAIN, "close_it (", 0, ""), "is the name of KRC/R1/Program/close_it.src"),
-    "no name": ("x", (MAIN, "FOR i", 0, "FOR"), "no name"),
-    "a keyword": ("wait", (MAIN, "LIN pick", 0, "pick"), "is a keyword"),
-    "no word": ("2nd", (MAIN, "LIN pick", 0, "pick"), "is no name"),
-    "of the controller, as the new one": ("$mine", (MAIN, "LIN pick", 0, "pick"), "$ is the controller's"),
-    "too long": ("x" * 25, (MAIN, "LIN pick", 0, "pick"), "25 characters"),
-    "taken": ("speed", (MAIN, "LIN pick", 0, "pick"), "taken, as KRC/R1/Program/main"),
-    "taken by the controller": ("strlen", (MAIN, "LIN pick", 0, "pick"), "is taken"),
-    "taken by a component": ("state", (CLOSE, "g.force", 0, "force"), "is taken"),
-    "taken by a constant": ("shut", (MAIN, "#OPEN", 0, "OPEN"), "is taken"),
+    "of the controller": ("x", (MAIN, "$TOOL"), "$TOOL comes with the controller or an option, and keeps its name"),
+    "a function of it": ("x", (MAIN, "BAS (#"), "BAS comes with the controller or an option, and keeps its name"),
+    "of its structure": ("x", (DATA, "S 2"), "S comes with the controller or an option, and keeps its name"),
+    "of a file": ("x", (MAIN, "close_it ("), f"close_it is the name of {CLOSE}: rename the .src, its .dat and DEFDAT"),
+    "no name": ("x", (MAIN, "FOR i"), "no name that the program declares stands here"),
+    "a keyword": ("wait", PICK, "wait is a keyword"),
+    "no word": ("2nd", PICK, "'2nd' is no name: letters, digits and _, no digit first, $ is the controller's"),
+    "a name of it": ("$mine", PICK, "'$mine' is no name: letters, digits and _, no digit first, $ is the controller's"),
+    "too long": ("x" * 25, PICK, f"{'x' * 25} has 25 characters; at most 24 are allowed"),
+    "taken": ("speed", PICK, f"speed is taken, as {MAIN} sees it in line 11"),
+    "taken by the controller": ("strlen", PICK, f"strlen is taken, as {MAIN} sees it in line 11"),
+    "taken by a component": ("state", FORCE, f"state is taken, as {CLOSE} sees it in line 5"),
+    "taken by a constant": ("shut", OPEN, f"shut is taken, as {MAIN} sees it in line 12"),
 }
+KEPT_WITH = {
+    "in an inline form": ("other", PICK, FORM, f"an inline form holds pick ({MAIN}, line 20): change it on the teach "
+                          "pendant"),
+    "of an unknown structure": ("other", FORCE, "unknown_one.force = 1", f"{MAIN}, line 19 may mean this force or "
+                                "another: its type is not known here"),
+    "not declared yet": ("caught", PICK, "caught = 1", f"caught is used in {MAIN}, line 19, where nothing declares it"),
+    "a label": ("caught", (MAIN, "again:", 0, "again"), "caught:", f"caught is taken, as {MAIN} sees it in line 9"),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("what", KEPT)
-def test_a_name_that_stays_says_why(project, what):
-    new, place, why = KEPT[what]
-    name = place[0].replace(".src", ".dat") if what == "of the controller's structure" else place[0]
-    with pytest.raises(KeptNameError, match=why.replace("$", r"\$")):
-        rename(project, new, name, *place[1:])
+@pytest.mark.parametrize(
+    ("new", "place", "line", "why"),
+    [*((new, place, "", why) for new, place, why in KEPT.values()), *KEPT_WITH.values()],
+    ids=[*KEPT, *KEPT_WITH],
+)
+def test_a_name_that_stays_says_why(project, new, place, line, why):
+    if line:
+        put(project, line)
+    with pytest.raises(KeptNameError) as kept:
+        rename(project, new, *place)
+    assert str(kept.value) == why
 
 
-def test_a_name_in_an_inline_form_is_left_to_the_teach_pendant(project):
-    form = ";FOLD PTP pick Vel=100 % ;%{PE}%R 5\nPTP pick\n;ENDFOLD\n"
-    project.set_text(MAIN, FILES[MAIN].replace("GOTO again\n", form + "GOTO again\n"))
-    with pytest.raises(KeptNameError, match=r"an inline form holds pick \(KRC/R1/Program/main.src, line 20\)"):
-        rename(project, "other", MAIN, "LIN pick", 0, "pick")
-    project.set_text(MAIN, FILES[MAIN].replace("GOTO again\n", form.replace("%{PE}%R 5", "") + "GOTO again\n"))
-    assert len(rename(project, "other", MAIN, "LIN pick", 0, "pick")) == 3
-
-
-def test_a_component_of_an_unknown_structure_keeps_all_of_its_name(project):
-    project.set_text(MAIN, FILES[MAIN].replace("GOTO again\n", "unknown_one.force = 1\nGOTO again\n"))
-    with pytest.raises(KeptNameError, match="may mean this force or another"):
-        rename(project, "other", CLOSE, "g.force", 0, "force")
-
-
-def test_a_name_that_nothing_declares_yet_is_not_caught(project):
-    project.set_text(MAIN, FILES[MAIN].replace("GOTO again\n", "caught = 1\nGOTO again\n"))
-    with pytest.raises(KeptNameError, match=r"caught is used in KRC/R1/Program/main.src, line 19, where nothing"):
-        rename(project, "caught", MAIN, "LIN pick", 0, "pick")
-
-
-def test_of_a_name_that_is_global_in_two_modules_no_use_is_certain(project):
-    twin = {"KRC/R1/Program/two.dat": "DEFDAT two PUBLIC\nDECL GLOBAL INT shared_count=1\nENDDAT\n"}
-    with pytest.raises(KeptNameError, match="which of them a use means is not certain"):
-        rename(project.with_texts(twin), "other", MAIN, "shared_count = ", 0, "shared_count")
+def test_of_a_name_that_is_declared_twice_no_use_is_certain(project):
+    with pytest.raises(KeptNameError, match=r"shared_count.*which of them a use means is not certain, rename by"):
+        rename(project.with_texts({"KRC/R1/Program/two.dat": TWIN}), "other", *COUNT)
+    put(project, "ENUM DOOR_E OPEN, AJAR", name=CONFIG, at="STRUC")
+    with pytest.raises(KeptNameError, match="#OPEN belongs to several ENUMs; which one is meant is not written here"):
+        rename(project, "other", *OPEN)
 
 
 def test_a_change_that_would_catch_other_places_is_found_out(project, monkeypatch):
     """With the checks before it out of the way, the proof alone still says no."""
     for name in ("_check_taken", "_check_uses"):
         monkeypatch.setattr(renaming, name, lambda *_: None)
-    with pytest.raises(KeptNameError, match="would mean something else"):
+    with pytest.raises(KeptNameError, match="with the name grip, some places would mean something else than i does"):
         rename(project, "grip", MAIN, "FOR i", 0, "i")
 
 
-def test_only_the_case_of_letters_may_change(project):
-    assert len(rename(project, "PICK", MAIN, "LIN pick", 0, "pick")) == 2
+def test_only_the_case_of_letters_may_change_and_a_fold_that_is_no_inline_form_does_not_keep_a_name(project):
+    assert len(rename(project, "PICK", *PICK)) == 2
+    put(project, FORM.replace("%{PE}%R 5", ""))
+    assert len(rename(project, "other", *PICK)) == 3
 
 
 def test_a_member_that_is_spelt_as_a_variable_is_not_that_variable(project):
-    text = FILES[CONFIG].replace("ENDDAT", "DECL INT state=1\nENDDAT")
-    project.set_text(CONFIG, text)
-    line = text.split("\n").index("DECL INT state=1")
-    state = renamable(project, CONFIG, line, len("DECL INT s"))
-    assert short(renamed(project, state, "other")) == [("$config.dat", line + 1)]
+    line = put(project, "DECL INT state=1", name=CONFIG, at="ENDDAT").line
+    uses = renamed(project, renamable(project, CONFIG, line, len("DECL INT s")), "other")
+    assert [(x.file, x.line) for x in uses] == [(CONFIG, line + 1)]
 
 
 def test_renames_drawn_by_a_seed_change_no_diagnosis(tmp_path):
     """The whole: scripts/soak.py rename."""
     small = rename_trial(EditedProject(write_backup(tmp_path)), random.Random(3), 15)
-    assert (small.renamed, small.changed) == (15, [])
-    assert small.kept
+    assert (small.renamed, small.changed, bool(small.kept)) == (15, [], True)
 
 
 def test_where_modules_see_each_other_in_part_no_name_is_caught(tmp_path):

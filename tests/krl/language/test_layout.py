@@ -99,36 +99,31 @@ def test_a_program_line_by_line():
     assert changed_lines(file, formatted(file)) == [2, 3, 9, 10, 11, 12, 13, 14, 15, 16, 18, 19, 20]
 
 
-def test_comments_keep_their_column_where_the_code_leaves_room():
+def laid_out(text, name="a.src"):
+    return formatted(parse_text(text, name)[0]).text()
+
+
+def test_comments_keep_their_column_where_the_code_leaves_room_and_values_of_a_dat_their_spaces():
     text = "DEF a()\n$OUT[1]=TRUE    ; one\n$OUT[10]=FALSE  ; two\nEND\n"
-    lines = formatted(parse_text(text, "a.src")[0]).text().splitlines()
-    assert lines[1:3] == ["  $OUT[1] = TRUE ; one", "  $OUT[10] = FALSE ; two"]
-    wide = formatted(parse_text(text.replace(";", "      ;"), "a.src")[0]).text().splitlines()
-    assert wide[1].index(";") == wide[2].index(";") == 22
+    assert laid_out(text) == "DEF a()\n  $OUT[1] = TRUE ; one\n  $OUT[10] = FALSE ; two\nEND\n"
+    wide = laid_out(text.replace(";", "      ;")).splitlines()
+    assert wide[1:3] == ["  $OUT[1] = TRUE      ; one", "  $OUT[10] = FALSE    ; two"]
+    data = "defdat a\n  decl E6POS XP1={X 1.0,Y   2.0}   \nenddat\n"
+    assert laid_out(data, "a.dat") == "DEFDAT a\nDECL E6POS XP1={X 1.0,Y   2.0}\nENDDAT\n"
 
 
-def test_values_in_a_dat_keep_the_spaces_that_the_controller_wrote():
-    text = "defdat a\n  decl E6POS XP1={X 1.0,Y   2.0}   \nenddat\n"
-    assert formatted(parse_text(text, "a.dat")[0]).text() == "DEFDAT a\nDECL E6POS XP1={X 1.0,Y   2.0}\nENDDAT\n"
+SPACED = {
+    "x=a[ 1 ]*( -b+{X  -1,Y 2} : f (c ,d))": "x = a[1] * (-b + {X -1, Y 2} : f(c, d))",
+    "P={E6POS:X -1,J[2] -5,K[i-1] a-b,Z +3}": "P = {E6POS: X -1, J[2] -5, K[i - 1] a - b, Z +3}",
+    "CIRC {X 1,Y -2},P2,CA -90 C_DIS": "CIRC {X 1, Y -2}, P2, CA -90 C_DIS",
+    "EXT bas (BAS_COMMAND  :IN,REAL  :IN )": "EXT bas(BAS_COMMAND:IN, REAL:IN)",
+    "FOR i=-1 TO -n STEP -1": "FOR i = -1 TO -n STEP -1", "x=A:B:INV_POS(C)": "x = A : B : INV_POS(C)",
+    "TRIGGER WHEN DISTANCE=0 DELAY=-20 DO $OUT[1]=TRUE": "TRIGGER WHEN DISTANCE = 0 DELAY = -20 DO $OUT[1] = TRUE",
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("text", "meant"),
-    [
-        ("x=a[ 1 ]*( -b+{X  -1,Y 2} : f (c ,d))", "x = a[1] * (-b + {X -1, Y 2} : f(c, d))"),
-        ("P={E6POS:X -1,J[2] -5,K[i-1] a-b,Z +3}", "P = {E6POS: X -1, J[2] -5, K[i - 1] a - b, Z +3}"),
-        ("CIRC {X 1,Y -2},P2,CA -90 C_DIS", "CIRC {X 1, Y -2}, P2, CA -90 C_DIS"),
-        ("EXT bas (BAS_COMMAND  :IN,REAL  :IN )", "EXT bas(BAS_COMMAND:IN, REAL:IN)"),
-        ("FOR i=-1 TO -n STEP -1", "FOR i = -1 TO -n STEP -1"),
-        ("x=A:B:INV_POS(C)", "x = A : B : INV_POS(C)"),
-        (
-            "TRIGGER WHEN DISTANCE=0 DELAY=-20 DO $OUT[1]=TRUE",
-            "TRIGGER WHEN DISTANCE = 0 DELAY = -20 DO $OUT[1] = TRUE",
-        ),
-    ],
-)
-def test_one_space_where_one_belongs(text, meant):
-    assert spaced(tokens_of(text)[0]) == meant
+def test_one_space_where_one_belongs():
+    assert {text: spaced(tokens_of(text)[0]) for text in SPACED} == SPACED
 
 
 @pytest.fixture
@@ -152,20 +147,11 @@ def test_a_folder_is_checked_then_formatted(folder, lwr_dyn_command):
     assert (folder / "notes.txt").read_bytes() == b"if x then\n"
 
 
-def test_another_indentation(folder, lwr_dyn_command):
+def test_another_indentation_and_bad_input(folder, lwr_dyn_command, refused):
     work = folder / "R1" / "Program" / "Work.SRC"
     assert lwr_dyn_command("krl", "format", str(work), "--indent", "3")[0] == 0
     assert b"\n      CASE 1, 2\n         msg(" in work.read_bytes()
-
-
-@pytest.mark.parametrize(
-    ("path", "message"),
-    [
-        ("none.src", "none.src: no such file"),
-        ("notes.txt", "ends in '.txt'"),
-        ("R1/Empty", "without KRL files"),
-    ],
-)
-def test_bad_input_is_one_line(folder, refused, path, message):
     (folder / "R1" / "Empty").mkdir()
-    assert message in refused("krl", "format", str(folder / path))
+    for path, message in (("none.src", "none.src: no such file"), ("notes.txt", "ends in '.txt'"),
+                          ("R1/Empty", "without KRL files")):  # fmt: skip
+        assert message in refused("krl", "format", str(folder / path))

@@ -57,57 +57,35 @@ def test_an_edit_changes_its_own_line_only():
     )
 
 
-def test_keywords_in_any_case_and_contextual_names():
-    assert parse_line("ptp P1 c_ptp")[0] == parse_line("PTP P1 C_PTP")[0]
-    assert parse_line("Path = STEP + sec")[0] == s.Assign(e.Name("Path"), e.Binary("+", e.Name("STEP"), e.Name("sec")))
+IDIOMS = [
+    "GLOBAL E6AXIS g_pos={A1 0.0,A2 -4.4E-05}", "DECL GLOBAL mode_t mode=#KRL_PTP",
+    'programs[1]={type #KRL_PTP,id[] "KRL",place {A1 1,A2 2}}', 'MsgNotify("changed to: %1", "Debug", ,text[], 1)',
+    "ratio = 1.0*$RAT_MOT_AX[j].N/1.0*$RAT_MOT_AX[j].D", "global interrupt decl 15 when $flag[1]==false do reset_it()",
+    "$timer_stop[1] = false  ; start", "deffct int get_it(position :out)", "return(far(1))",
+    "IF (($PRO_STATE1==#P_ACTIVE) AND (state==#RUN)) THEN ; both", "code = code B_OR MASK",
+    "HOME = {AXIS: A1 0, A2 -90, A3 90, A4 0, A5 90, A6 0} ; start", "err = set_it(axis,i,bound[i-1]);",
+    "EXT  bas (BAS_COMMAND  :IN,REAL  :IN )",
+]  # fmt: skip
+BRACKETS = {
+    "a + b * c": "a + b * c", "(a + b) * c": "(a + b) * c", "a - (b - c)": "a - (b - c)", "(a - b) - c": "a - b - c",
+    "a : b : c * 2": "a : b : c * 2", "NOT (a AND b)": "NOT (a AND b)",
+    "((a == 1)) AND (b < 2)": "(a == 1) AND (b < 2)", "- (-3)": "--3",
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        "GLOBAL E6AXIS g_pos={A1 0.0,A2 -4.4E-05}",
-        "DECL GLOBAL mode_t mode=#KRL_PTP",
-        'programs[1]={type #KRL_PTP,id[] "KRL",place {A1 1,A2 2}}',
-        'MsgNotify("changed to: %1", "Debug", ,text[], 1)',
-        "ratio = 1.0*$RAT_MOT_AX[j].N/1.0*$RAT_MOT_AX[j].D",
-        "global interrupt decl 15 when $flag[1]==false do reset_it()",
-        "$timer_stop[1] = false  ; start",
-        "deffct int get_it(position :out)",
-        "return(far(1))",
-        "IF (($PRO_STATE1==#P_ACTIVE) AND (state==#RUN)) THEN ; both",
-        "code = code B_OR MASK",
-        "HOME = {AXIS: A1 0, A2 -90, A3 90, A4 0, A5 90, A6 0} ; start",
-        "err = set_it(axis,i,bound[i-1]);",
-        "EXT  bas (BAS_COMMAND  :IN,REAL  :IN )",
-    ],
-)
-def test_idioms_of_public_programs_are_read(line):
+@pytest.mark.parametrize("line", [*IDIOMS, *(f"x = {text}" for text in BRACKETS)])
+def test_idioms_of_public_programs_are_read_and_brackets_stand_where_they_are_needed(line):
     statement, _ = parse_line(line)
     assert parse_line(statement_text(statement))[0] == statement
+    text = line.removeprefix("x = ")
+    assert expression_text(statement.value) == BRACKETS[text] if text in BRACKETS else line in IDIOMS
 
 
-@pytest.mark.parametrize(
-    ("text", "meant"),
-    [
-        ("a + b * c", "a + b * c"),
-        ("(a + b) * c", "(a + b) * c"),
-        ("a - (b - c)", "a - (b - c)"),
-        ("a : b : c * 2", "a : b : c * 2"),
-        ("NOT (a AND b)", "NOT (a AND b)"),
-        ("((a == 1)) AND (b < 2)", "(a == 1) AND (b < 2)"),
-        ("- (-3)", "--3"),
-    ],
-)
-def test_brackets_stand_where_they_are_needed(text, meant):
-    statement, _ = parse_line(f"x = {text}")
-    assert expression_text(statement.value) == meant
-    assert parse_line(statement_text(statement))[0] == statement
-
-
-def test_comparisons_bind_last_as_in_kukas_table():
+def test_keywords_in_any_case_contextual_names_and_comparisons_that_bind_last_as_in_kukas_table():
+    assert parse_line("ptp P1 c_ptp")[0] == parse_line("PTP P1 C_PTP")[0]
+    assert parse_line("Path = STEP + sec")[0] == s.Assign(e.Name("Path"), e.Binary("+", e.Name("STEP"), e.Name("sec")))
     value = parse_line("x = a == b AND c")[0].value
-    assert value.operator == "=="
-    assert value.right.operator == "AND"
+    assert (value.operator, value.right.operator) == ("==", "AND")
 
 
 def test_what_cannot_be_written_is_refused():

@@ -1,12 +1,15 @@
 """Forms of lines that real programs hold: each is read as meant, and what is written of it is read back the same."""
 
+from dataclasses import fields, is_dataclass
+
 import pytest
+from lark import Lark
 
 from lwr_dyn.krl.language import declarations as d
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.lexer import LONGEST, LineError
-from lwr_dyn.krl.language.line_parser import parse_line
+from lwr_dyn.krl.language.lexer import GRAMMAR, KEYWORDS, LONGEST, LineError, tokens_of
+from lwr_dyn.krl.language.line_parser import RULES, parse_line
 from lwr_dyn.krl.language.unparse import statement_text
 
 
@@ -18,26 +21,17 @@ FORMS = {
     'tool_name[1,]="Gripper"': s.Assign(e.Index(name("tool_name"), (e.Integer(1),), row=True), e.Text("Gripper")),
     'grid[1,2,]="x"': s.Assign(e.Index(name("grid"), (e.Integer(1), e.Integer(2)), row=True), e.Text("x")),
     "STRUC slot INT OUT, REAL IN, BOOL INT": d.StructType(
-        "slot", (("INT", (d.Declarator("OUT"),)), ("REAL", (d.Declarator("IN"),)), ("BOOL", (d.Declarator("INT"),)))
-    ),
+        "slot", (("INT", (d.Declarator("OUT"),)), ("REAL", (d.Declarator("IN"),)), ("BOOL", (d.Declarator("INT"),)))),
     "GLOBAL STRUC pair INT ON, OFF": d.StructType("pair", (("INT", (d.Declarator("ON"), d.Declarator("OFF"))),), True),
     "GLOBAL ENUM lamp ON, OFF, WAIT": d.EnumType("lamp", ("ON", "OFF", "WAIT"), True),
     "box.IN.S1 = box.OUT": s.Assign(e.Component(e.Component(name("box"), "IN"), "S1"), e.Component(name("box"), "OUT")),
-    "slot = {OUT 1, IN 2.5, SUB {ON TRUE, OFF FALSE}}": s.Assign(
-        name("slot"),
-        e.Aggregate(
-            (
-                e.Item("OUT", e.Integer(1)),
-                e.Item("IN", e.Real(2.5)),
-                e.Item("SUB", e.Aggregate((e.Item("ON", e.Bool(True)), e.Item("OFF", e.Bool(False))))),
-            )
-        ),
-    ),
+    "slot = {OUT 1, IN 2.5, SUB {ON TRUE, OFF FALSE}}": s.Assign(name("slot"), e.Aggregate((
+        e.Item("OUT", e.Integer(1)), e.Item("IN", e.Real(2.5)),
+        e.Item("SUB", e.Aggregate((e.Item("ON", e.Bool(True)), e.Item("OFF", e.Bool(False)))))))),
     "DEFFCT CHAR[15] label_of(n:IN)": d.Def("label_of", (d.Parameter("n", "IN"),), "CHAR", (e.Integer(15),)),
     "GLOBAL DEFFCT CHAR[] text_of()": d.Def("text_of", (), "CHAR", (), True),
     "DEF fill(text[80]:OUT, table[,]:IN)": d.Def(
-        "fill", (d.Parameter("text", "OUT", 1, (e.Integer(80),)), d.Parameter("table", "IN", 2))
-    ),
+        "fill", (d.Parameter("text", "OUT", 1, (e.Integer(80),)), d.Parameter("table", "IN", 2))),
     "DEF old(a:INOUT)": d.Def("old", (d.Parameter("a", "INOUT"),)),
     "EXTFCT CHAR[15] label_of(INT:IN)": d.External("label_of", "CHAR", ("INT:IN",), (e.Integer(15),)),
     "EXTP raise_it(ERROR_T what:OUT)": d.External("raise_it", None, ("ERROR_T what:OUT",), None, True),
@@ -48,8 +42,7 @@ FORMS = {
     "BRAKE": s.Plain("BRAKE"),
     "BRAKE F": s.Plain("BRAKE F"),
     "INTERRUPT WITH BRAKE DECL 2 WHEN $IN[3] DO stop()": s.InterruptDeclaration(
-        e.Integer(2), e.Index(name("$IN"), (e.Integer(3),)), s.Invoke(e.FunctionCall("stop")), with_brake=True
-    ),
+        e.Integer(2), e.Index(name("$IN"), (e.Integer(3),)), s.Invoke(e.FunctionCall("stop")), with_brake=True),
     "CONFIRM nr": s.Confirm(name("nr")),
     "ON_ERROR_PROCEED": s.Plain("ON_ERROR_PROCEED"),
     "DECL INT V[,]": d.Declaration("INT", (d.Declarator("V", (), commas=1),)),
@@ -58,33 +51,57 @@ FORMS = {
     "SLIN P1 C_DIS": s.Move("SLIN", name("P1"), blends=("C_DIS",)),
     "DEFDAT points() PUBLIC": d.DefDat("points", True),
     "err = f(# STATE)": s.Assign(name("err"), e.FunctionCall("f", (e.EnumLiteral("STATE"),))),
-}
+}  # fmt: skip
+
+
+def columns(x):
+    """Of a record and all within."""
+    if isinstance(x, tuple):
+        return [column for part in x for column in columns(part)]
+    own = [x.column] if getattr(x, "column", 0) else []
+    return own + [y for one in fields(x) for y in columns(getattr(x, one.name))] if is_dataclass(x) else []
 
 
 @pytest.mark.parametrize("line", FORMS)
 def test_a_form_is_read_as_meant_and_survives_writing(line):
     statement, _ = parse_line(line)
     assert statement == FORMS[line]
+    name = getattr(statement.target if isinstance(statement, s.Assign) else statement, "name", None)
+    assert statement.column == (line.index(name) + 1 if name else 1)
+    assert columns(parse_line(f"   {line}")[0]) == [x + 3 for x in columns(statement)]
     assert parse_line(statement_text(statement))[0] == statement
     assert parse_line(line.lower().replace('"gripper"', '"Gripper"'))[0] is not None
 
 
-@pytest.mark.parametrize(
-    ("line", "column"),
-    [("BRAKE G", 7), ("x = T[,1]", 8), ("STRUC p INT", 12), ("SIGNAL off FALSE", 8), ("CHANNEL SER_1", 9)],
-)
-def test_what_is_near_these_forms_is_a_fault(line, column):
+FAULTS = {"BRAKE G": 7, "x = T[,1]": 8, "STRUC p INT": 12, "SIGNAL off FALSE": 8, "CHANNEL SER_1": 9, "x = (1 + 2": 5}
+
+
+@pytest.mark.parametrize("line", FAULTS)
+def test_what_is_near_these_forms_is_a_fault_the_same_each_time(line):
+    faults = []
+    for _ in range(3):
+        with pytest.raises(LineError) as fault:
+            parse_line(line)
+        faults.append(fault.value)
+    assert len({(f.column, f.code, f.message, f.hint) for f in faults}) == 1
+    assert (faults[0].column, faults[0] is not faults[1]) == (FAULTS[line], True)
+
+
+DEPTHS = {"x = ": 100, "x = f(": 99, "x = f(1, ": 98, "x = f(g(1, ": 97, "INT a, b = ": 100}
+
+
+@pytest.mark.parametrize(("before", "most"), DEPTHS.items())
+def test_so_many_operators_and_brackets_may_stand_inside_one_another(before, most):
+    assert len(tokens_of(f"{before}{'-' * most}1")[0]) > most
     with pytest.raises(LineError) as fault:
-        parse_line(line)
-    assert fault.value.column == column
+        tokens_of(f"{before}{'-' * most}-1")
+    assert (fault.value.code, fault.value.column) == ("long-line", len(before) + most + 1)
 
 
 def test_a_line_of_8192_characters_is_read_and_a_longer_one_is_a_fault():
     items = ", ".join(f"A{i} -{i}.5" for i in range(600))
-    line = f"t = {{{items}}}"
-    line += " " * (LONGEST - len(line))
-    assert len(line) == LONGEST
-    assert len(parse_line(line)[0].value.items) == 600
+    line = f"t = {{{items}}}".ljust(LONGEST)
+    assert (len(line), len(parse_line(line)[0].value.items)) == (LONGEST, 600)
     assert parse_line(line + ";" + "c" * 50_000)[1] == "c" * 50_000
     for longer in (line + " ", "x = " + "?" * 10_000_000, "y" * 10_000_000):
         with pytest.raises(LineError) as fault:
@@ -93,11 +110,16 @@ def test_a_line_of_8192_characters_is_read_and_a_longer_one_is_a_fault():
     assert (fault.value.code, fault.value.column) == ("long-line", LONGEST + 1)
 
 
-def test_a_faulty_line_is_kept_and_reported_the_same_each_time():
-    faults = []
-    for _ in range(3):
-        with pytest.raises(LineError) as fault:
-            parse_line("x = (1 + 2")
-        faults.append(fault.value)
-    assert len({(f.column, f.code, f.message, f.hint) for f in faults}) == 1
-    assert faults[0] is not faults[1]
+@pytest.mark.slow
+def test_each_rule_of_the_grammar_has_a_function_and_no_function_lacks_a_rule():
+    rules = Lark(GRAMMAR, parser="lalr", lexer="basic", start="line", maybe_placeholders=True).rules
+    named = {x.alias or str(x.origin.name) for x in rules if x.alias or not x.options.expand1}
+    assert {name for name in named if not name.startswith("_")} == set(RULES)
+
+
+def test_keywords_of_the_grammar_are_those_of_the_lexer_and_lines_of_one_shape_take_their_own_tokens():
+    kinds = [KEYWORDS.get(x) for x in ("TRIGGER", "SCIRC_REL", "NAME")]
+    assert kinds == ["TRIGGER", "CIRCULAR", None]
+    for text in ("x = y + 1", "alpha = beta - 22"):
+        read, words = parse_line(text)[0], text.split()
+        assert [read.target.name, read.value.left.name, read.value.operator] == [words[0], words[2], words[3]]

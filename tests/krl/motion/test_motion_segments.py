@@ -1,6 +1,7 @@
-"""Motions whose time and place are worked out by hand."""
+"""Motions whose time and place are worked out by hand; a blend stays within its distance and saves time."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,13 +14,10 @@ SPEEDS = ("$VEL.CP = 0.5", "$ACC.CP = 2")
 CORNER = ("$APO.CDIS = 50", "LIN_REL {Y 300} C_DIS", "LIN_REL {Z -300}")
 
 
-def test_ptp_of_60_deg(arm):
-    """60 deg at 140 deg/s, and 0.4 s for the ramps."""
+def test_ptp_of_60_deg_and_lin_of_400_and_of_50_mm(arm):
+    """60 deg at 140 deg/s, and 0.4 s for the ramps; 0.4 m at 0.5 m/s with ramps of 0.25 s, then a triangle of 0.05 m at
+    2 m/s^2."""
     assert run_of(arm, HOME, "PTP_REL {A1 60, A2 5}").cycle_time == pytest.approx(60 / 140 + 0.4, abs=1e-9)
-
-
-def test_lin_of_400_and_of_50_mm(arm):
-    """0.4 m at 0.5 m/s with ramps of 0.25 s, then a triangle of 0.05 m at 2 m/s^2."""
     run = run_of(arm, HOME, *SPEEDS, "LIN_REL {Y 400}", "LIN_REL {Z -50}")
     assert run.cycle_time == pytest.approx(1.05 + 2 * math.sqrt(0.05 / 2), abs=1e-9)
 
@@ -68,26 +66,29 @@ def test_where_a_corner_begins(arm, setting, keyword, distance):
     assert run.executed[-1].overlap == pytest.approx(math.sqrt(2 * distance / 1e3 / 2), rel=1e-9)
 
 
-@pytest.mark.parametrize(("percent", "share"), [(100, 0.5), (20, 0.1)])
-def test_c_ptp_takes_its_share_of_half_the_way(arm, percent, share):
-    run = run_of(arm, HOME, f"$APO.CPTP = {percent}", "PTP_REL {A1 20} C_PTP", "PTP_REL {A1 20}")
-    # 20 deg is a triangle: 350 deg/s^2
-    assert run.executed[-1].overlap == pytest.approx(math.sqrt(2 * share * 20 / 350), rel=1e-9)
+def test_c_ptp_takes_its_share_of_half_the_way(arm):
+    for percent, share in ((100, 0.5), (20, 0.1)):
+        run = run_of(arm, HOME, f"$APO.CPTP = {percent}", "PTP_REL {A1 20} C_PTP", "PTP_REL {A1 20}")
+        # 20 deg is a triangle: 350 deg/s^2
+        assert run.executed[-1].overlap == pytest.approx(math.sqrt(2 * share * 20 / 350), rel=1e-9)
 
 
-def test_a_constant_orientation_is_kept(arm):
+def test_a_constant_orientation_is_kept_and_what_is_assumed_is_listed(arm):
     block = ("SPLINE", "SLIN_REL {Y -50, B -20}", "SPL_REL {Y -50, B -20}", "ENDSPLINE")
     run = run_of(arm, HOME, "$ORI_TYPE = #CONSTANT", "LIN_REL {Y 100, C 20}", *block)
     R = lwr_dyn.forward_kinematics(arm, np.array([x.q for x in run.executed]))[:, :3, :3]
-    assert np.abs(R - R[0]).max() < 1e-9
-    assert len(R) == 4
+    assert (len(R), np.abs(R - R[0]).max() < 1e-9) == (4, True)
 
+    def assumed(*lines):
+        return {x.name for x in run_of(arm, HOME, *SPEEDS, *lines).assumptions}
 
-def test_the_assumptions_of_timing_are_listed(arm):
-    run = run_of(arm, HOME, *SPEEDS, *CORNER, "SPLINE", "SLIN_REL {Y 20}", "ENDSPLINE")
-    assert {"points passed without a stop", "SPLINE"} <= {x.name for x in run.assumptions}
-    plain = run_of(arm, HOME, *SPEEDS, "LIN_REL {Y 20}")
-    assert not any("points" in x.name for x in plain.assumptions)
+    assert {"points passed without a stop", "SPLINE"} <= assumed(*CORNER, "SPLINE", "SLIN_REL {Y 20}", "ENDSPLINE")
+    plain = assumed("LIN_REL {Y 20}")
+    assert not any("points" in x for x in plain)
+    turned = {"$ORI_TYPE": "JOINT", "$CIRC_TYPE": "PATH", "$IPO_MODE": "TCP"}
+    for name, value in turned.items():
+        assert assumed(f"{name} = #{value}", "LIN_REL {Y 20}") == plain | {f"{name} #{value}"}
+        assert assumed(f"{name} = #BASE", "LIN_REL {Y 20}") == plain
 
 
 @pytest.mark.parametrize(
@@ -104,8 +105,7 @@ def test_what_acts_across_an_arc(arm, kind, radius, across):
     assert ("CIRC" in [x.name for x in run.assumptions]) == (across == 1.0 and kind != "SPLINE")
 
 
-@pytest.mark.parametrize("acc", [0.5, 2.3])
-@pytest.mark.parametrize("radius", [5, 40, 150])
+@pytest.mark.parametrize(("radius", "acc"), [(5, 0.5), (40, 0.5), (150, 0.5), (5, 2.3), (40, 2.3), (150, 2.3)])
 def test_the_time_of_an_arc_is_that_of_its_law(arm, radius, acc):
     """v = min($VEL.CP, sqrt($ACC.CP r)), and v/a more for the ramps; a LIN of that length is faster."""
     v, way = min(0.8, math.sqrt(acc * radius / 1e3)), math.pi * radius / 1e3
@@ -113,3 +113,43 @@ def test_the_time_of_an_arc_is_that_of_its_law(arm, radius, acc):
     run = run_of(arm, HOME, "$VEL.CP = 0.8", f"$ACC.CP = {acc}", arc)
     expected = way / v + v / acc if way > v**2 / acc else 2 * math.sqrt(way / acc)
     assert run.duration == pytest.approx(expected, abs=1e-9)
+
+
+def from_segment(p, a, b):
+    along = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+    return np.linalg.norm(p - a - along[:, None] * (b - a), axis=1)
+
+
+@pytest.mark.parametrize("distance", [1.0, 10.0, 40.0])
+def test_blends_stay_inside_their_distance_and_save_time(arm, distance):
+    way = ["LIN_REL {Y 150} C_DIS", "LIN_REL {Z -120} C_DIS", "LIN_REL {X -100, Z 50}"]
+    lines = [HOME, f"$APO.CDIS = {distance}", *way]
+    run, stops = run_of(arm, *lines), run_of(arm, *(x.replace(" C_DIS", "") for x in lines))
+    assert run.cycle_time < stops.cycle_time
+    t = np.linspace(0.0, run.cycle_time, 4001)
+    p = lwr_dyn.forward_kinematics(arm, run.timeline.sample(t).q)[:, :3, 3]
+    # off the polyline only within the distance of a corner, and off it everywhere else by nothing
+    nodes = [lwr_dyn.forward_kinematics(arm, d.q)[:3, 3] for d in run.executed]
+    off = np.min([from_segment(p, a, b) for a, b in pairwise(nodes)], axis=0)
+    near = np.min([np.linalg.norm(p - c, axis=1) for c in nodes[1:-1]], axis=0)
+    assert near[off > 1e-8].max() <= distance / 1e3 + 1e-9
+    assert off.max() > 0.05 * distance / 1e3
+    assert [d.overlap > 0 for d in run.executed] == [False, False, True, True]
+
+
+def test_ptp_into_lin_is_passed_within_the_distance(arm):
+    run = run_of(arm, HOME, "$APO.CDIS = 15", "$APO.CPTP = 100", "PTP_REL {A1 30} C_PTP C_DIS", "LIN_REL {Z -100}")
+    entry = run.timeline.items[2]
+    assert entry.overlap > 0
+    corner = lwr_dyn.forward_kinematics(arm, run.executed[1].q)[:3, 3]
+    t = np.linspace(entry.begin, entry.begin + entry.overlap, 50)
+    lin = np.linalg.norm(lwr_dyn.forward_kinematics(arm, entry.part.axes(t - entry.begin).q)[:, :3, 3] - corner, axis=1)
+    assert lin.max() <= 0.015 + 1e-9
+
+
+@pytest.mark.parametrize("between", ["WAIT SEC 0.5", "$OUT[1] = TRUE", "WAIT FOR $OUT[1]==FALSE"])
+def test_a_look_at_the_world_ends_the_blend_unless_continue_stands_before(arm, between):
+    head = (HOME, "$APO.CDIS = 20", "LIN_REL {Y 100} C_DIS")
+    assert run_of(arm, *head, between, "LIN_REL {Z 50}").executed[-1].overlap == 0.0
+    if "OUT" in between:
+        assert run_of(arm, *head, "CONTINUE", between, "LIN_REL {Z 50}").executed[-1].overlap > 0.0

@@ -48,18 +48,14 @@ def test_what_is_not_carried_out_within_a_block_is_noted(arm, line):
     assert run.duration == plain.duration
 
 
-def test_200_slin_of_1_mm_take_the_time_of_one_of_200_mm(arm):
+def test_200_slin_of_1_mm_take_the_time_of_one_of_200_mm_and_a_corner_of_two_is_a_stop(arm):
     many, one = block(arm, *["SLIN_REL {Y 1}"] * 200), block(arm, "SLIN_REL {Y 200}")
     assert one.cycle_time == pytest.approx(0.2 / V + V / A, rel=1e-4)
     assert many.cycle_time == pytest.approx(one.cycle_time, rel=0.001)  # the goal is 3 %
     assert len(many.executed) == 201
-
-
-def test_a_corner_of_two_lines_is_a_stop(arm):
     run = block(arm, "SLIN_REL {Y 200}", "SLIN_REL {Z 200}")
     assert run.cycle_time == pytest.approx(2 * (0.2 / V + V / A), rel=1e-4)
-    corner = run.executed[1].end
-    assert np.abs(run.timeline.sample([corner]).dq).max() < 1e-6
+    assert np.abs(run.timeline.sample([run.executed[1].end]).dq).max() < 1e-6
 
 
 def test_a_spline_through_50_points_is_smooth_and_inside_its_bounds(arm):
@@ -72,15 +68,9 @@ def test_a_spline_through_50_points_is_smooth_and_inside_its_bounds(arm):
     along = np.einsum("ki,ki->k", v, a) / np.maximum(speed, 1e-9)
     across = np.sqrt(np.maximum(np.sum(a**2, axis=1) - along**2, 0.0))
     moving = speed > 1e-3
-    for used, most in (
-        (speed, V),
-        (np.abs(along[moving]), A),
-        (across, A),
-        (np.linalg.norm(w, axis=1), np.radians(200)),
-    ):
-        assert used.max() < most * (1 + ROUNDING)
-    assert (np.abs(m.dq) < arm.velocity * (1 + ROUNDING)).all()
-    assert max(across.max() / A, np.abs(along[moving]).max() / A, speed.max() / V) > 0.99  # and they are used
+    shares = speed.max() / V, np.abs(along[moving]).max() / A, across.max() / A
+    turned = np.linalg.norm(w, axis=1).max() / np.radians(200), (np.abs(m.dq) / arm.velocity).max()
+    assert 0.99 < max(shares) <= max(*shares, *turned) < 1 + ROUNDING
     # no step in the curve's first two derivatives, at points or between them
     s = np.linspace(0.0, item.part.profile.length, 20001)
     place = item.part.path.segment.at(s)
@@ -99,14 +89,18 @@ def test_the_points_of_a_block_are_met_at_the_end_of_their_motions(arm):
     assert all(a.end == b.begin for a, b in zip(run.executed[1:], run.executed[2:], strict=False))
 
 
-def test_a_curve_leaves_a_line_with_its_direction_and_curvature(arm):
-    run = block(arm, "SLIN_REL {Y 100}", "SPL_REL {Y 50, Z 40}", "SLIN_REL {Z 60}")
-    (item,) = run.timeline.items[1:]
-    path, ends = item.part.path.segment, np.cumsum([0.1, float(np.hypot(50, 40)) / 1e3])
-    for end in ends:
-        a, b = path.at(np.array([end - 1e-9])), path.at(np.array([end + 1e-9]))
+def test_a_curve_takes_the_direction_and_curvature_of_the_line_or_arc_beside_it(arm):
+    def both_sides(end, *lines):
+        path = block(arm, *lines).timeline.items[1].part.path.segment
+        a, b = (path.at(np.array([end + x])) for x in (-1e-9, 1e-9))
         assert np.abs(a.dp - b.dp).max() < 1e-6
         assert np.abs(a.ddp - b.ddp).max() < 1e-4
+        return a
+
+    for end in np.cumsum([0.1, float(np.hypot(50, 40)) / 1e3]):
+        both_sides(end, "SLIN_REL {Y 100}", "SPL_REL {Y 50, Z 40}", "SLIN_REL {Z 60}")
+    arc = both_sides(np.pi * 0.05, "SCIRC_REL {Y 50, Z 50}, {Z 100}", "SPL_REL {Y -60, Z -10}")
+    assert np.linalg.norm(arc.ddp) == pytest.approx(20.0)
 
 
 def test_rates_are_derivatives(arm):
@@ -120,14 +114,11 @@ def test_rates_are_derivatives(arm):
     assert np.abs((c.dq - a.dq) / (2 * h) - b.ddq).max() < 1e-3
 
 
-def test_a_motion_of_a_block_keeps_its_own_speed(arm):
+def test_a_motion_of_a_block_keeps_its_own_speed_and_settings_of_a_block_end_with_it(arm):
     run = block(arm, "SLIN_REL {Y 100}", "SLIN_REL {Y 100} WITH $VEL.CP = 0.1", "SLIN_REL {Y 100}")
     slow = run.executed[2]
     assert slow.end - slow.begin == pytest.approx(1.0, rel=0.03)
     assert run.cycle_time == pytest.approx(1.0 + 0.2 / V + (V + (V - 0.1) ** 2 / V) / A, rel=0.03)
-
-
-def test_the_settings_of_a_block_end_with_it(arm):
     run = run_of(arm, HOME, "SPLINE WITH $VEL.CP = 0.05", "SLIN_REL {Y 20}", "ENDSPLINE", "LIN_REL {Y 20}")
     slow, plain = (x.end - x.begin for x in run.executed[1:])
     assert slow == pytest.approx(0.02 / 0.05 + 0.05 / 2.3, rel=1e-3)
@@ -177,15 +168,6 @@ def test_the_speed_of_axes_and_of_the_orientation_bound_a_block(arm):
     assert slow.cycle_time == pytest.approx(30 / 10, rel=0.05)
 
 
-def test_a_curve_beside_an_arc_takes_its_curvature(arm):
-    run = block(arm, "SCIRC_REL {Y 50, Z 50}, {Z 100}", "SPL_REL {Y -60, Z -10}")
-    path = run.timeline.items[1].part.path.segment
-    end = np.pi * 0.05
-    a, b = path.at(np.array([end - 1e-9])), path.at(np.array([end + 1e-9]))
-    assert np.linalg.norm(a.ddp) == pytest.approx(20.0)
-    assert np.abs(a.ddp - b.ddp).max() < 1e-4
-
-
 def test_the_orientation_takes_the_short_way_through_many_turns():
     """Quaternions of rotations by 20 to 340 deg change their sign on the way."""
     angles = np.radians(np.arange(20.0, 341.0, 20.0))
@@ -197,30 +179,26 @@ def test_the_orientation_takes_the_short_way_through_many_turns():
     assert np.abs(sample.rate - [0, 0, 1]).max() < 0.03
 
 
-def test_a_block_with_a_faulty_point_is_not_planned(arm):
-    lines = ["SPLINE", "SLIN {A1 10}", "SPL_REL {X 3000}", "ENDSPLINE"]
-    assert [code for _, code in codes_of(arm, HOME, *lines)] == ["type"]
+def blocked(kind, *lines):
+    return [kind, *lines, "ENDSPLINE"]
 
 
-def test_a_curve_that_swings_past_the_limit_of_an_axis_is_diagnosed(arm):
-    points = ["SPTP_REL {A1 184}", "SPTP_REL {A1 0.5, A6 100}", "SPTP_REL {A1 -100}"]
-    assert codes_of(arm, HOME, *points) == []
-    assert [code for _, code in codes_of(arm, HOME, "PTP_SPLINE", *points, "ENDSPLINE")] == ["outside-limits"]
+SWINGS = ["SPTP_REL {A1 184}", "SPTP_REL {A1 0.5, A6 100}", "SPTP_REL {A1 -100}"]
+TOLD = {
+    "a kind of PTP_SPLINE": ([HOME, *blocked("SPLINE", "SPTP_REL {A1 10}")], ["in-spline", "spline"]),
+    "a kind of SPLINE": ([HOME, *blocked("PTP_SPLINE", "SLIN_REL {X 10}")], ["in-spline", "spline"]),
+    "axes in space": ([HOME, *blocked("SPLINE", "SLIN {A1 10}")], ["type"]),
+    "a faulty point: the block is not planned": (
+        [HOME, *blocked("SPLINE", "SLIN {A1 10}", "SPL_REL {X 3000}")], ["type"]),
+    "out of reach": ([HOME, *blocked("SPLINE", "SPL_REL {X 3000}")], ["out-of-reach"]),
+    "half a turn": ([HOME, *blocked("SPLINE", "SLIN_REL {C 179.9999999}")], ["half-turn"]),
+    "outside limits": ([HOME, *blocked("PTP_SPLINE", "SPTP_REL {A1 400}")], ["outside-limits"]),
+    "each by itself holds": ([HOME, *SWINGS], []),
+    "a curve that swings past a limit": ([HOME, *blocked("PTP_SPLINE", *SWINGS)], ["outside-limits"]),
+    "a first motion": (blocked("SPLINE", "SPL {X 1000, Y 0, Z 900, A 0, B 90, C 0}"), ["first-motion"]),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(("lines", "code"), [
-    (["SPLINE", "SPTP_REL {A1 10}", "ENDSPLINE"], "spline"),
-    (["PTP_SPLINE", "SLIN_REL {X 10}", "ENDSPLINE"], "spline"),
-    (["SPLINE", "SLIN {A1 10}", "ENDSPLINE"], "type"),
-    (["SPLINE", "SPL_REL {X 3000}", "ENDSPLINE"], "out-of-reach"),
-    (["SPLINE", "SLIN_REL {C 179.9999999}", "ENDSPLINE"], "half-turn"),
-    (["PTP_SPLINE", "SPTP_REL {A1 400}", "ENDSPLINE"], "outside-limits"),
-])  # fmt: skip
-def test_faults_of_a_block_are_diagnosed(arm, lines, code):
-    assert code in [found for _, found in codes_of(arm, HOME, *lines)]
-
-
-def test_a_block_as_first_motion_is_diagnosed(arm):
-    assert "first-motion" in [
-        code for _, code in codes_of(arm, "SPLINE", "SPL {X 1000, Y 0, Z 900, A 0, B 90, C 0}", "ENDSPLINE")
-    ]
+@pytest.mark.parametrize(("lines", "expected"), TOLD.values(), ids=TOLD)
+def test_faults_of_a_block_are_diagnosed(arm, lines, expected):
+    assert [code for _, code in codes_of(arm, *lines)] == expected

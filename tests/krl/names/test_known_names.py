@@ -10,56 +10,46 @@ NAMES = known_names()
 FUNCTIONS, STRUCTURES, ENUMS = NAMES.functions, NAMES.structures, NAMES.enums
 
 
-def test_each_type_in_the_tables_is_there():
+def test_the_tables_hold_together_and_know_what_a_program_cannot_write():
     used = {p.type for f in FUNCTIONS.values() for p in f.parameters} | set(SYSTEM.values()) | set(CONFIG.values())
     used |= {f.returns for f in FUNCTIONS.values() if f.returns} | {t for s in STRUCTURES.values() for t in s.values()}
-    known = SIMPLE | {"?"} | set(STRUCTURES) | set(ENUMS)
-    assert {kind.name for kind in used} <= known
+    assert {kind.name for kind in used} <= SIMPLE | {"?"} | set(STRUCTURES) | set(ENUMS)
     assert not set(STRUCTURES) & set(ENUMS)
-    assert (len(FUNCTIONS) > 200, len(SYSTEM) > 250, len(STRUCTURES) > 70, len(ENUMS) > 80) == (True,) * 4
-
-
-def test_system_variables_have_type_and_source():
-    assert len(SYSTEM) > 990
+    assert (len(FUNCTIONS) > 200, len(SYSTEM) > 990, len(STRUCTURES) > 70, len(ENUMS) > 80) == (True,) * 4
     assert [name for name in SYSTEM if not NAMES.origins[name].title] == []
-    assert (str(SYSTEM["$RED_VEL"]), SYSTEM["$TORQMON"].sizes, str(SYSTEM["$SOFTN_END"])) == ("INT", (12,), "REAL[]")
-    assert "Mada" in NAMES.text("$SOFTN_END")
-
-
-def test_what_a_program_cannot_write_is_known():
     assert NAMES.read_only <= set(SYSTEM)
-    assert {"$IN", "$POS_ACT", "$ROBRUNTIME"} <= NAMES.read_only
-    assert not {"$OUT", "$BASE", "$TIMER", "$OV_PRO"} & NAMES.read_only
+    names = ["$IN", "$POS_ACT", "$ROBRUNTIME", "$OUT", "$BASE", "$TIMER", "$OV_PRO"]
+    assert [x in NAMES.read_only for x in names] == [True] * 3 + [False] * 4
     assert NAMES.text("$POS_ACT").startswith("E6POS $POS_ACT, read-only")
-
-
-def test_functions_of_bas_for_circles_are_known():
-    lines = ["DECL LDAT L", "SCIRC {X 1}, {X 2} WITH $CIRC_TYPE = SCIRC_TYP(L), $CIRC_MODE = SCIRC_M(L)"]
-    assert told(*lines, "GRPg_Check(1)") == []
+    assert "Mada" in NAMES.text("$SOFTN_END")
 
 
 def test_what_was_wrong_against_the_controller_is_mended():
     assert [p.type.name for p in FUNCTIONS["FRAND"].parameters] == ["REAL", "REAL"]
-    assert SYSTEM["$APO"] == Type("CONT")
     assert "APO_T" not in STRUCTURES
     assert STRUCTURES["CONT"]["CPTP"].name == "INT"
     returned = {name: FUNCTIONS[name].returns.name for name in ("SAPO", "SAPO_PTP", "SVEL_CP", "SVEL_JOINT")}
     assert returned == {"SAPO": "CONT", "SAPO_PTP": "CONT", "SVEL_CP": "CP", "SVEL_JOINT": "REAL"}
     assert (SYSTEM["$VEL_AXIS"], SYSTEM["$VEL_AXIS"].sizes) == (Type("REAL", 1), (6,))
-    assert (SYSTEM["$INTERRUPT"].name, SYSTEM["$PATHTIME"].name) == ("BOOL", "PATHTIME_STRUC")
+    types = {"$APO": "CONT", "$INTERRUPT": "BOOL", "$PATHTIME": "PATHTIME_STRUC", "$RED_VEL": "INT",
+             "$SOFTN_END": "REAL[]"}  # fmt: skip
+    assert {x: str(SYSTEM[x]) for x in types} == types
+    assert SYSTEM["$TORQMON"].sizes == (12,)
 
 
 def test_functions_know_their_arguments_and_modes():
     copy = FUNCTIONS["STRCOPY"]
     assert [(p.type.name, p.mode) for p in copy.parameters] == [("CHAR", "OUT"), ("CHAR", "IN")]
-    assert (FUNCTIONS["BAS"].least, FUNCTIONS["BAS"].most) == (1, 2)
-    assert (FUNCTIONS["CREAD"].least, FUNCTIONS["CREAD"].open) == (3, True)
+    taken = {x: (FUNCTIONS[x].least, FUNCTIONS[x].most, FUNCTIONS[x].open) for x in ("BAS", "CREAD")}
+    assert taken == {"BAS": (1, 2, False), "CREAD": (3, FUNCTIONS["CREAD"].most, True)}
+    assert FUNCTIONS["CREAD"].most > 3
 
 
 def test_kernel_names_need_no_declaration():
     lines = ["DECL KRLMSG_T m", "DECL KRLMSGPAR_T p[3]", "DECL KRLMSGOPT_T o", "INT h", "DECL EKI_STATUS r", "REAL x"]
-    lines += ['m.MSG_TXT[] = "hi"', "h = SET_KRLMSG(#NOTIFY, m, p[], o)", 'r = EKI_INIT("a")', "x = r.Buff"]
-    lines += ["SPTP {A1 0} WITH $APO = SAPO_PTP(PDEFAULT), $JERK = SJERK(LDEFAULT)", "ERR_RAISE($ERR)"]
+    lines += ["DECL LDAT L", 'm.MSG_TXT[] = "hi"', "h = SET_KRLMSG(#NOTIFY, m, p[], o)", 'r = EKI_INIT("a")']
+    lines += ["SPTP {A1 0} WITH $APO = SAPO_PTP(PDEFAULT), $JERK = SJERK(LDEFAULT)", "ERR_RAISE($ERR)", "x = r.Buff"]
+    lines += ["SCIRC {X 1}, {X 2} WITH $CIRC_TYPE = SCIRC_TYP(L), $CIRC_MODE = SCIRC_M(L)", "GRPg_Check(1)"]
     assert told(*lines) == []
 
 
@@ -110,24 +100,18 @@ def test_a_user_adds_names_and_replaces_others(tmp_path):
     assert "EKI_STATUS" in known_names().open
 
 
-@pytest.mark.parametrize(
-    ("text", "named"),
-    [
-        ("[[group]", "TOML"),
-        ("", "no [[group]]"),
-        ("x = 1\n[[group]]", "x"),
-        ("[[group]]\nfunction = []", "function"),
-        ("[[group]]\nfunctions = 'A()'", "functions"),
-        ("[[group]]\nfunctions = ['INT']", "INT"),
-        ("[[group]]\nfunctions = ['INT A(INT)']", "INT"),
-        ("[[group]]\nfunctions = [3]", "3"),
-        ("[[group]]\ntitle = 'T'\nvariables = ['A B C']", "T: variables"),
-        ("[[group]]\nvariables = ['A']", "A"),
-        ("[[group]]\n[group.structures]\nS = 'INT'", "structures.S"),
-        ("[[group]]\n[group.structures]\nS = 2", "structures.S"),
-        ("[[group]]\n[group.enumerations]\n'a b' = 'X'", "a b"),
-    ],
-)
+BAD = {
+    "[[group]": "TOML", "": "no [[group]]", "x = 1\n[[group]]": "x", "group = [{title = 'a'}, 3]": "no [[group]]",
+    "[[group]]\nfunction = []": "function",
+    "[[group]]\nfunctions = 'A()'": "functions", "[[group]]\nfunctions = ['INT']": "INT",
+    "[[group]]\nfunctions = ['INT A(INT)']": "INT", "[[group]]\nfunctions = [3]": "3",
+    "[[group]]\ntitle = 'T'\nvariables = ['A B C']": "T: variables", "[[group]]\nvariables = ['A']": "A",
+    "[[group]]\n[group.structures]\nS = 'INT'": "structures.S", "[[group]]\n[group.structures]\nS = 2": "structures.S",
+    "[[group]]\n[group.enumerations]\n'a b' = 'X'": "a b",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "named"), BAD.items())
 def test_a_bad_file_is_one_clear_line(tmp_path, text, named):
     file = tmp_path / "bad.toml"
     file.write_text(text)
@@ -139,8 +123,7 @@ def test_a_bad_file_is_one_clear_line(tmp_path, text, named):
 
 
 def test_a_file_that_cannot_be_read_is_told(tmp_path):
-    with pytest.raises(FileAccessError):
-        known_names([tmp_path / "none.toml"])
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
-    with pytest.raises(FileAccessError):
-        known_names([tmp_path / "bytes.toml"])
+    for name in ("none.toml", "bytes.toml"):
+        with pytest.raises(FileAccessError):
+            known_names([tmp_path / name])

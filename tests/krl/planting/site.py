@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import random
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
+from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.lexer import KEYWORDS, LineError, Token, tokens_of
 from lwr_dyn.krl.language.source import SourceFile
-from lwr_dyn.krl.language.statements import Statement
 from lwr_dyn.krl.names.known_names import known_names
 from lwr_dyn.krl.project.project import Module, Project
 
 _HEAD = re.compile(r"\s*(?:GLOBAL\s+)?(?:DEF|DEFFCT\s+\w+(?:\s*\[[\d, ]*\])?)\s+(\w+)\s*\(([^)]*)\)", re.IGNORECASE)
 _WORD = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")
+EXECUTABLE = (s.Assign, s.Invoke, s.Move, s.Wait, s.Condition, s.For, s.Return, s.CaseBranch)
+STEPS = (s.Assign, s.Invoke, s.Move, s.Wait)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +44,7 @@ class PlantSite:
     at: int
 
     @property
-    def statement(self) -> Statement | None:
+    def statement(self) -> s.Statement | None:
         return self.file.lines[self.at].statement
 
     @property
@@ -65,6 +67,15 @@ class PlantSite:
         """Whether the line stands in a spline block, where few others may stand."""
         blocks = () if self.routine is None else self.routine.blocks.values()
         return any(b.kind.endswith("SPLINE") and b.first <= self.at < b.last for b in blocks)
+
+    @property
+    def end(self) -> int:
+        """Where its last word ends."""
+        return self.tokens[-1].column - 1 + len(self.tokens[-1].text)
+
+    def without_line(self) -> list[str]:
+        """The other lines of the file."""
+        return [x for i, x in enumerate(texts_of(self.file)) if i != self.at]
 
     def replaced(self, token: Token, new: str) -> str:
         """The line with another text in place of a token."""
@@ -94,19 +105,37 @@ class PlantedFault:
     """Other files (name, lines) that must change with it."""
 
 
+@dataclass(frozen=True, slots=True)
+class FaultKind:
+    """A kind of fault: how it is planted in a line (None where it cannot be), and the codes that name it rightly."""
+
+    name: str
+    plant: Callable[[PlantSite, random.Random], PlantedFault | None]
+    codes: frozenset[str]
+
+
+def kind_of(plant: Callable[[PlantSite, random.Random], PlantedFault | None], codes: str, name: str = "") -> FaultKind:
+    """A kind, named as its function is."""
+    return FaultKind(name or plant.__name__.replace("_", " "), plant, frozenset(codes.split()))
+
+
+def told_at(file: SourceFile, lines: list[str], *places: tuple[str, int]) -> PlantedFault:
+    """Other lines of a file, with a fault that must be told at one of these places (file, line from 1)."""
+    return PlantedFault(file.name, tuple(lines), frozenset(places))
+
+
 def changed(site: PlantSite, new: str, *more: int) -> PlantedFault:
     """The line of the site replaced; it must be told there, or at one of the lines (from 1) in `more`."""
     lines = texts_of(site.file)
     lines[site.at] = new
-    name = site.file.name
-    return PlantedFault(name, tuple(lines), frozenset((name, line) for line in (site.at + 1, *more)))
+    return told_at(site.file, lines, *((site.file.name, line) for line in (site.at + 1, *more)))
 
 
 def inserted(site: PlantSite, new: str) -> PlantedFault:
     """A line after that of the site; it must be told there."""
     lines = texts_of(site.file)
     lines.insert(site.at + 1, new)
-    return PlantedFault(site.file.name, tuple(lines), frozenset({(site.file.name, site.at + 2)}))
+    return told_at(site.file, lines, (site.file.name, site.at + 2))
 
 
 def texts_of(file: SourceFile) -> list[str]:

@@ -18,11 +18,10 @@ HOME = "$VEL_AXIS[1]=100\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\n"
 
 @pytest.fixture
 def folder(tmp_path):
-    def write(**files):
+    def write(files):
         for name, text in files.items():
-            path = tmp_path / name.replace("__", "/").replace("_dot_", ".").replace("config", "$config")
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text)
+            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / name).write_text(text)
         return tmp_path
 
     return write
@@ -37,113 +36,94 @@ def told(folder, name):
     return [(d.position.file, d.position.line, d.code) for d in check_program(program(folder, name))]
 
 
-def test_a_module_sees_what_is_global_in_a_public_data_list(folder):
-    where = folder(
-        a_dot_src="DEF a( )\nseen = 1\nhidden = 2\nlocal = 3\nOWN = 4\nEND\n",
-        a_dot_dat="DEFDAT a\nINT own\nENDDAT\n",
-        b_dot_dat="DEFDAT b PUBLIC\nDECL GLOBAL INT seen\nINT local\nENDDAT\n",
-        c_dot_dat="DEFDAT c\nGLOBAL INT hidden\nENDDAT\n",
-    )
-    assert told(where, "a.src") == [("a.src", 3, "undeclared"), ("a.src", 4, "undeclared")]
-    assert told(where, "c.dat") == [("c.dat", 1, "hidden-global")]
+B = {"b.src": "DEF b( )\nEND\nDEF inner( )\nEND\n", "b.dat": "DEFDAT b PUBLIC\nINT local\nENDDAT\n"}
+SEEN = {
+    "what is global in a public data list": (
+        {"a.src": "DEF a( )\nseen = 1\nhidden = 2\nlocal = 3\nOWN = 4\nEND\n", "a.dat": "DEFDAT a\nINT own\nENDDAT\n",
+         "b.dat": "DEFDAT b PUBLIC\nDECL GLOBAL INT seen\nINT local\nENDDAT\n",
+         "c.dat": "DEFDAT c\nGLOBAL INT hidden\nENDDAT\n"},
+        {"a.src": ["a.src:3 undeclared", "a.src:4 undeclared"], "c.dat": ["c.dat:1 hidden-global"]}),
+    "types by the same rule, and all of the configuration": (
+        {"a.src": "DEF a( )\nDECL T1 x\nDECL T2 y\nDECL T3 z\nx.n = 1\nEND\n",
+         "b.dat": "DEFDAT b PUBLIC\nGLOBAL STRUC T1 INT n\nENUM T2 ON_1, OFF_1\nENDDAT\n",
+         "System/$config.dat": "DEFDAT $config\nENUM T3 A_1, B_1\nENDDAT\n"},
+        {"a.src": ["a.src:3 unknown-type"]}),
+    "of routines the first and the global ones": (
+        {"a.src": "DEF a( )\nb( )\nshared( )\ninner( )\nmine( )\nEND\nDEF mine( )\nEND\n",
+         "b.src": "DEF b( )\nEND\nGLOBAL DEF shared( )\nEND\nDEF inner( )\nEND\n"},
+        {"a.src": ["a.src:4 unknown-call"]}),
+    "the controller apart from the robot": (
+        {"KRC/R1/Program/a.src": "DEF a( )\nof_robot = 1\nof_controller = 1\nEND\n",
+         "KRC/R1/System/$config.dat": "DEFDAT $CONFIG\nINT of_robot\nENDDAT\n",
+         "KRC/STEU/$config.dat": "DEFDAT $CONFIG\nINT of_controller\nENDDAT\n"},
+        {"KRC/R1/Program/a.src": ["KRC/R1/Program/a.src:3 undeclared"]}),
+    "a data list of another name": (
+        {"a.src": "DEF a( )\nn = 1\nEND\n", "a.dat": "DEFDAT other\nINT n\nENDDAT\n"},
+        {"a.src": ["a.dat:1 module-name"]}),
+}  # fmt: skip
 
 
-def test_types_follow_the_same_rule_and_the_configuration_is_all_seen(folder):
-    where = folder(
-        a_dot_src="DEF a( )\nDECL T1 x\nDECL T2 y\nDECL T3 z\nx.n = 1\nEND\n",
-        b_dot_dat="DEFDAT b PUBLIC\nGLOBAL STRUC T1 INT n\nENUM T2 ON_1, OFF_1\nENDDAT\n",
-        System__config_dot_dat="DEFDAT $config\nENUM T3 A_1, B_1\nENDDAT\n",
-    )
-    assert told(where, "a.src") == [("a.src", 3, "unknown-type")]
+@pytest.mark.parametrize(("files", "expected"), SEEN.values(), ids=SEEN)
+def test_a_module_sees(folder, files, expected):
+    where = folder(files)
+    assert {name: [f"{file}:{line} {code}" for file, line, code in told(where, name)] for name in expected} == expected
 
 
-def test_of_routines_the_first_and_the_global_ones_are_seen(folder):
-    where = folder(
-        a_dot_src="DEF a( )\nb( )\nshared( )\ninner( )\nmine( )\nEND\nDEF mine( )\nEND\n",
-        b_dot_src="DEF b( )\nEND\nGLOBAL DEF shared( )\nEND\nDEF inner( )\nEND\n",
-    )
-    assert told(where, "a.src") == [("a.src", 4, "unknown-call")]
-
-
-def test_the_controller_itself_is_apart_from_the_robot(folder):
-    where = folder(
-        KRC__R1__Program__a_dot_src="DEF a( )\nof_robot = 1\nof_controller = 1\nEND\n",
-        KRC__R1__System__config_dot_dat="DEFDAT $CONFIG\nINT of_robot\nENDDAT\n",
-        KRC__STEU__config_dot_dat="DEFDAT $CONFIG\nINT of_controller\nENDDAT\n",
-    )
-    assert told(where, "KRC/R1/Program/a.src") == [("KRC/R1/Program/a.src", 3, "undeclared")]
+def test_the_hint_names_the_file_that_hides_a_name(folder):
+    where = folder({"a.src": "DEF a( )\nlocal = 1\ninner( )\nEND\n", **B})
+    hints = [d.hint for d in check_program(program(where, "a.src"))]
+    assert [hint.split(" declares")[0] for hint in hints] == ["b.dat", "b.src"]
 
 
 def test_of_two_modules_of_one_name_the_nearest_is_taken_and_both_are_told(folder):
-    where = folder(
-        new__a_dot_src="DEF a( )\nb(1)\nEND\n",
-        old__a_dot_src="DEF a( )\nb(1)\nEND\n",
-        new__b_dot_src="DEF b(n:IN)\nINT n\nEND\n",
-        old__b_dot_src="DEF b( )\nEND\n",
-    )
-    assert told(where, "new/a.src") == []
-    assert told(where, "old/a.src") == [("old/a.src", 2, "arguments")]
+    where = folder({
+        "new/a.src": "DEF a( )\nb(1)\nEND\n", "old/a.src": "DEF a( )\nb(1)\nEND\n",
+        "new/b.src": "DEF b(n:IN)\nINT n\nEND\n", "old/b.src": "DEF b( )\nEND\n",
+    })  # fmt: skip
+    assert (told(where, "new/a.src"), told(where, "old/a.src")) == ([], [("old/a.src", 2, "arguments")])
     assert [d.code for d in check_program(load_program(where / "new/a.src", [where]))] == ["module-twice"]
-    twins = load_project(where).twins()
-    assert [(d.position.file, d.code) for d in twins] == [
-        (f"{x}/{y}.src", "module-twice") for y in "ab" for x in ("new", "old")
-    ]
-
-
-def test_a_data_list_of_another_name_is_told(folder):
-    where = folder(a_dot_src="DEF a( )\nn = 1\nEND\n", a_dot_dat="DEFDAT other\nINT n\nENDDAT\n")
-    assert told(where, "a.src") == [("a.dat", 1, "module-name")]
+    twins = [(d.position.file, d.code) for d in load_project(where).twins()]
+    assert twins == [(f"{x}/{y}.src", "module-twice") for y in "ab" for x in ("new", "old")]
 
 
 def test_a_lent_file_that_cannot_be_read_is_told(folder):
-    where = folder(a_dot_src="DEF a( )\nHALT\nEND\n", b_dot_dat="DEFDAT b\nINT 1n\nINT m[\nENDDAT\n")
+    where = folder({"a.src": "DEF a( )\nHALT\nEND\n", "b.dat": "DEFDAT b\nINT 1n\nINT m[\nENDDAT\n"})
     (diagnostic,) = check_program(load_program(where / "a.src", [where / "b.dat"]))
     assert (diagnostic.position.file, diagnostic.position.line, diagnostic.code) == ("b.dat", 2, "lent-file")
-    assert diagnostic.severity == "warning"
-    assert "2 faults" in diagnostic.message
+    assert (diagnostic.severity, "2 faults" in diagnostic.message) == ("warning", True)
 
 
 def test_a_submit_module_is_read_and_a_whole_folder_can_be_lent(folder):
-    where = folder(
-        run__sps_dot_sub="DEF sps( )\nLOOP\ntold = TRUE\nhelper( )\nENDLOOP\nEND\n",
-        lent__config_dot_dat="DEFDAT $config\nBOOL told\nENDDAT\n",
-        lent__helper_dot_src="DEF helper( )\nEND\n",
-    )
+    where = folder({
+        "run/sps.sub": "DEF sps( )\nLOOP\ntold = TRUE\nhelper( )\nENDLOOP\nEND\n",
+        "lent/$config.dat": "DEFDAT $config\nBOOL told\nENDDAT\n",
+        "lent/helper.src": "DEF helper( )\nEND\n",
+    })  # fmt: skip
     assert check_program(load_program(where / "run/sps.sub", [where / "lent"])) == ()
     assert len(check_program(load_program(where / "run/sps.sub"))) == 2
     with pytest.raises(FileAccessError, match="without KRL files"):
-        load_project(folder(none__x_dot_txt="") / "none")
+        load_project(folder({"none/x.txt": ""}) / "none")
 
 
 def test_each_module_has_its_own_data_while_a_program_runs(folder, arm):
-    where = folder(
-        a_dot_src=f"DEF a( )\n{HOME}b( )\np[3] = 5\nPTP_REL {{A1 p[3]}}\nPTP_REL {{A1 shared}}\nEND\n",
-        a_dot_dat="DEFDAT a\nDECL INT p[3]\nENDDAT\n",
-        b_dot_src="DEF b( )\np[5] = 7\nshared = p[5]\nEND\n",
-        b_dot_dat="DEFDAT b PUBLIC\nDECL INT p[5]\nGLOBAL INT shared = 1\nENDDAT\n",
-    )
+    where = folder({
+        "a.src": f"DEF a( )\n{HOME}b( )\np[3] = 5\nPTP_REL {{A1 p[3]}}\nPTP_REL {{A1 shared}}\nEND\n",
+        "a.dat": "DEFDAT a\nDECL INT p[3]\nENDDAT\n",
+        "b.src": "DEF b( )\np[5] = 7\nshared = p[5]\nEND\n",
+        "b.dat": "DEFDAT b PUBLIC\nDECL INT p[5]\nGLOBAL INT shared = 1\nENDDAT\n",
+    })  # fmt: skip
     run = run_program(program(where, "a.src"), arm)
     assert [round(float(x.q[0]) * 57.29577951) for x in run.executed] == [0, 5, 12]
     assert run_program(load_program(where / "a.src", [where / "b.src"]), arm).cycle_time == run.cycle_time
 
 
-def test_the_hint_names_the_file_that_hides_a_name(folder):
-    where = folder(
-        a_dot_src="DEF a( )\nlocal = 1\ninner( )\nEND\n",
-        b_dot_src="DEF b( )\nEND\nDEF inner( )\nEND\n",
-        b_dot_dat="DEFDAT b PUBLIC\nINT local\nENDDAT\n",
-    )
-    hints = [d.hint for d in check_program(program(where, "a.src"))]
-    assert [hint.split(" declares")[0] for hint in hints] == ["b.dat", "b.src"]
-
-
 def test_names_that_differ_in_case_only_are_all_read_and_told(folder):
-    where = folder(
-        a_dot_src="DEF a( )\nn = 1\nEND\n",
-        A_dot_src="DEF A( )\nn = 1\nEND\n",
-        b_dot_src="DEF b( )\nm = 1\nEND\n",
-        B_dot_DAT="DEFDAT b\nINT m\nENDDAT\n",
-    )
+    where = folder({
+        "a.src": "DEF a( )\nn = 1\nEND\n",
+        "A.src": "DEF A( )\nn = 1\nEND\n",
+        "b.src": "DEF b( )\nm = 1\nEND\n",
+        "B.DAT": "DEFDAT b\nINT m\nENDDAT\n",
+    })  # fmt: skip
     project = load_project(where)
     assert sorted(project.homes) == ["A.src", "B.DAT", "a.src", "b.src"]
     assert [str(m.path) for m in project.modules] == ["A.src", "a.src", "b.src"]
@@ -152,10 +132,10 @@ def test_names_that_differ_in_case_only_are_all_read_and_told(folder):
 
 
 def test_a_fault_after_a_function_of_another_module_stands_in_the_calling_line(folder, arm):
-    where = folder(
-        a_dot_src=f"DEF a( )\n{HOME}PTP_REL {{A1 far( )}}\nEND\n",
-        b_dot_src="DEF b( )\nEND\nGLOBAL DEFFCT INT far( )\nRETURN 300\nENDFCT\n",
-    )
+    where = folder({
+        "a.src": f"DEF a( )\n{HOME}PTP_REL {{A1 far( )}}\nEND\n",
+        "b.src": "DEF b( )\nEND\nGLOBAL DEFFCT INT far( )\nRETURN 300\nENDFCT\n",
+    })  # fmt: skip
     with pytest.raises(ProgramError, match=r"^a\.src:4:1: A1 = 300 deg"):
         run_program(program(where, "a.src"), arm)
 

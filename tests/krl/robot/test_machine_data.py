@@ -21,26 +21,18 @@ RATIOS = {1: (1800, 7), 2: (2000, 11), 3: (1500, 7), 4: (1000, 7), 5: (800, 7), 
 
 def data(**changes):
     """Machine data with the lengths of the KR 30 HA; ratios and speeds are invented."""
+    zero = "A 0.0,B 0.0,C 0.0}"
     given = {
-        "TRAFONAME[]": '"#KR30HA"',
-        "TIRORO": "{X 0.0,Y 0.0,Z 815.0,A 0.0,B 0.0,C 0.0}",
-        "TFLWP": "{X 0.0,Y 0.0,Z 170.0,A 0.0,B 0.0,C 0.0}",
-        "TX3P3": "{X 820.0,Y 0.0,Z 145.0,A 0.0,B 90.0,C 0.0}",
-        "LENGTH_A": "350.0",
-        "LENGTH_B": "850.0",
-        "DH_4": "{DHART_A 0.0,DHART_D 0.0,DHART_ALPHA 90.0}",
-        "DH_5": "{DHART_A 0.0,DHART_D 0.0,DHART_ALPHA -90.0}",
-        "MAIN_AXIS": "#NR",
-        "WRIST_AXIS": "#ZEH",
-        "TRAFO_AXIS": "6",
-    }
+        "TRAFONAME[]": '"#KR30HA"', "TIRORO": f"{{X 0.0,Y 0.0,Z 815.0,{zero}", "TFLWP": f"{{X 0.0,Y 0.0,Z 170.0,{zero}",
+        "TX3P3": "{X 820.0,Y 0.0,Z 145.0,A 0.0,B 90.0,C 0.0}", "LENGTH_A": "350.0", "LENGTH_B": "850.0",
+        "DH_4": "{DHART_A 0.0,DHART_D 0.0,DHART_ALPHA 90.0}", "DH_5": "{DHART_A 0.0,DHART_D 0.0,DHART_ALPHA -90.0}",
+        "MAIN_AXIS": "#NR", "WRIST_AXIS": "#ZEH", "TRAFO_AXIS": "6",
+    }  # fmt: skip
     lists = {
-        "AXIS_DIR": [-1, 1, 1, -1, -1, -1, 0],
-        "SOFTN_END": [-185, -135, -120, -350, -119, -350, 0],
-        "SOFTP_END": [185, 35, 158, 350, 119, 350, 0],
-        "VEL_AXIS_MA": [4500.0] * 6 + [0.0],
+        "AXIS_DIR": [-1, 1, 1, -1, -1, -1, 0], "SOFTN_END": [-185, -135, -120, -350, -119, -350, 0],
+        "SOFTP_END": [185, 35, 158, 350, 119, 350, 0], "VEL_AXIS_MA": [4500.0] * 6 + [0.0],
         "RAT_MOT_AX": [f"{{N -{n},D {d}}}" for n, d in RATIOS.values()],
-    }
+    }  # fmt: skip
     given |= {f"{key}[{i}]": str(x) for key, values in lists.items() for i, x in enumerate(values, 1)}
     given |= changes
     lines = [f"REAL ${key}={x}" if "[" not in key else f"${key}={x}" for key, x in given.items() if x]
@@ -74,18 +66,18 @@ def test_the_machine_data_of_the_kr_30_are_the_paper_s_arm(written):
     assert words.place("ANOTHER") == "$machine.dat"
 
 
+Q = np.array([0.3, -1.2, 1.4, 0.2, 0.5, -0.1])
+
+
 def test_a_robot_that_turns_the_other_way_or_hangs_reads_the_same_axes(written):
     plain = lwr_dyn.load(written())
     other = lwr_dyn.load(written(**{"AXIS_DIR[1]": "1"}))
-    q = np.array([0.3, -1.2, 1.4, 0.2, 0.5, -0.1])
-    mirrored = q * [-1, 1, 1, 1, 1, 1]
-    T = lwr_dyn.forward_kinematics(plain, q)
-    np.testing.assert_allclose(lwr_dyn.forward_kinematics(other, mirrored), T, atol=1e-14)
-    assert not has_kuka_axes(other)
+    T = lwr_dyn.forward_kinematics(plain, Q)
+    np.testing.assert_allclose(lwr_dyn.forward_kinematics(other, Q * [-1, 1, 1, 1, 1, 1]), T, atol=1e-14)
     hanging = lwr_dyn.load(written(ROBROOT="{X 100.0,Y 0.0,Z 3000.0,A 0.0,B 0.0,C 180.0}"))
-    assert has_kuka_axes(hanging)
-    assert kuka_pose(hanging, q).s == kuka_pose(plain, q).s
-    assert lwr_dyn.forward_kinematics(hanging, q)[2, 3] == pytest.approx(3.0 - T[2, 3])
+    assert [has_kuka_axes(x) for x in (other, hanging)] == [False, True]
+    assert kuka_pose(hanging, Q).s == kuka_pose(plain, Q).s
+    assert lwr_dyn.forward_kinematics(hanging, Q)[2, 3] == pytest.approx(3.0 - T[2, 3])
     behind = np.radians([0, -170, 30, 0, 20, 0])
     assert [kuka_pose(x, behind).s & 1 for x in (plain, hanging)] == [1, 1]
 
@@ -94,10 +86,14 @@ def test_the_toml_form_is_the_same_robot(written, tmp_path):
     path = tmp_path / "kr30.kuka.toml"
     path.write_text(TOML)
     arm, of_data = lwr_dyn.load(path), lwr_dyn.load(written())
-    q = np.array([0.3, -1.2, 1.4, 0.2, 0.5, -0.1])
-    np.testing.assert_allclose(lwr_dyn.forward_kinematics(arm, q), lwr_dyn.forward_kinematics(of_data, q), atol=1e-14)
+    np.testing.assert_allclose(lwr_dyn.forward_kinematics(arm, Q), lwr_dyn.forward_kinematics(of_data, Q), atol=1e-14)
     assert np.degrees(arm.velocity) == pytest.approx([140, 126, 140, 260, 245, 322])
     assert MachineWords(path).raise_time() == (0.4, 0.5, 0.4, 0.3, 0.3, 0.2)
+    for text, words in ((TOML.replace("LENGTH_A", "LENGHT_A"), "LENGTH_A: missing"),
+                        (TOML + "colour = 1\n", "colour: unknown field")):  # fmt: skip
+        path.write_text(text)
+        with pytest.raises(PaperError, match=words):
+            lwr_dyn.load(path)
 
 
 TOML = """
@@ -133,28 +129,14 @@ def test_wrong_machine_data_are_one_line(written, change, message):
     with pytest.raises(PaperError, match=message) as caught:
         load_machine_arm(written(**change))
     assert "\n" not in str(caught.value)
-
-
-def test_files_that_are_no_machine_data(tmp_path, written):
-    with pytest.raises(FileAccessError):
-        lwr_dyn.load(tmp_path / "none.dat")
     with pytest.raises(UnknownNameError):
         lwr_dyn.load(written(), reading="printed")
-    (tmp_path / "a.kuka.toml").write_text(TOML.replace("LENGTH_A", "LENGHT_A"))
-    with pytest.raises(PaperError, match="LENGTH_A: missing"):
-        lwr_dyn.load(tmp_path / "a.kuka.toml")
-    (tmp_path / "a.kuka.toml").write_text(TOML + "colour = 1\n")
-    with pytest.raises(PaperError, match="colour: unknown field"):
-        lwr_dyn.load(tmp_path / "a.kuka.toml")
+    with pytest.raises(FileAccessError):
+        lwr_dyn.load("none.dat")
 
 
-PROGRAM = """DEF move( )
-BAS(#INITMOV, 0)
-BAS(#VEL_PTP, 100)
-PTP XHOME
-PTP_REL {A1 105}
-END
-"""
+PROGRAM = "DEF move( )\nBAS(#INITMOV, 0)\nBAS(#VEL_PTP, 100)\nPTP XHOME\nPTP_REL {A1 105}\nEND\n"
+IN_CELL = ("cell/R1/Program/move.src", "--with", "cell")
 
 
 @pytest.fixture
@@ -172,7 +154,7 @@ def backup(folder):
 
 
 def test_the_program_runs_on_the_robot_of_its_backup(backup, lwr_dyn_command, recorded):
-    line = ("krl", "run", "cell/R1/Program/move.src", "--with", "cell")
+    line = ("krl", "run", *IN_CELL)
     code, out, err = lwr_dyn_command(*line, "--json", "--out", "a.npz")
     record = json.loads(out)
     assert (code, err, record["robot"]) == (0, "", "kr30ha")
@@ -192,19 +174,21 @@ def test_the_program_runs_on_the_robot_of_its_backup(backup, lwr_dyn_command, re
 def test_the_programs_of_a_palletizer_are_checked_as_language(backup, lwr_dyn_command, refused):
     (backup / "cell/R1/Mada/$machine.dat").write_text(data(DEF_A4FIX="TRUE"))
     (backup / "cell/R1/Program/move.src").write_text(PROGRAM.replace("END", "WAIT SEC nothing\nEND"))
-    line = ("krl", "check", "cell/R1/Program/move.src", "--with", "cell")
-    code, out, _ = lwr_dyn_command(*line)
+    code, out, _ = lwr_dyn_command("krl", "check", *IN_CELL)
     assert code == 1
     assert "motions are not checked: " in out
     assert "$DEF_A4FIX: True; allowed: False: other robots are not modelled" in out
     assert "error undeclared: nothing is not declared" in out
-    assert "$DEF_A4FIX" in refused(*line, "--robot", "cell/R1/Mada/$machine.dat")
+    assert "$DEF_A4FIX" in refused("krl", "check", *IN_CELL, "--robot", "cell/R1/Mada/$machine.dat")
 
 
-def test_another_robot_that_is_given_goes_first(backup, lwr_dyn_command, refused):
-    line = ("krl", "run", "cell/R1/Program/move.src", "--with", "cell", "--json", "--robot")
+def test_another_robot_that_is_given_goes_first_and_an_unknown_one_is_told_what_files_can_be_one(
+    backup, lwr_dyn_command, refused
+):
+    line = ("krl", "run", *IN_CELL, "--json", "--robot")
     assert None not in json.loads(lwr_dyn_command(*line, "kr30ha")[1])["peak_torque"]
     assert "$SOFTN_END[1]: missing" in refused(*line, "cell/STEU/Mada/$machine.dat")
+    assert "a path to a .toml, .urdf, .xml (MJCF), .kuka.toml or $machine.dat" in refused(*line, "kr30")
 
 
 def test_ramps_of_each_axis_reach_the_motions(backup):
@@ -215,17 +199,10 @@ def test_ramps_of_each_axis_reach_the_motions(backup):
 
 
 def test_write_takes_the_robot_of_the_run_or_refuses_another(backup, lwr_dyn_command, printed, refused):
-    lwr_dyn_command("krl", "run", "cell/R1/Program/move.src", "--with", "cell", "--out", "a.npz")
+    lwr_dyn_command("krl", "run", *IN_CELL, "--out", "a.npz")
     assert "run on kr30ha: 1.200 s" in printed("krl", "write", "a.npz")
     # A1's ramp is 0.2 s on this robot, 0.4 s is assumed of the shipped one, which has the same name
     assert "a.npz: a run of another kr30ha: " in refused("krl", "write", "a.npz", "--robot", "kr30ha", "--out", "b.src")
     other = Run.load(backup / "a.npz")
     with pytest.raises(OptionError, match=r"a run of kr6; allowed: a run of kr30ha, or --robot kr6"):
         path_of_motion(replace(other, meta={"robot": "kr6"}), lwr_dyn.load("kr30ha"))
-
-
-def test_an_unknown_robot_is_told_what_files_can_be_one(refused, folder):
-    (folder / "a.src").write_text("DEF a( )\nEND\n")
-    assert "a path to a .toml, .urdf, .xml (MJCF), .kuka.toml or $machine.dat" in refused(
-        "krl", "run", "a.src", "--robot", "kr30"
-    )

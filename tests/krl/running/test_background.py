@@ -1,20 +1,30 @@
 """What goes on beside a program: waits, triggers, interrupts, timers, signals, submits; one pass of an endless loop."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.krl.language.source import parse_text
 from lwr_dyn.krl.project.program import program_of
+from lwr_dyn.krl.running.cell import cell_of
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
+from lwr_dyn.krl.running.running_program import ALIKE, EACH, PATIENCE, LoopWatch
 from tests.krl.random_cells import faults_of
 from tests.krl.short_programs import HOME, SPEEDS, cell, values_of
 from tests.krl.short_programs import program_of as short_program
 
-LIN = "LIN_REL {Y 400}"
+LIN, BACK = "LIN_REL {Y 400}", "LIN_REL {Y -400}"
 """0.2 m/s and 2.3 m/s^2: 2 s and a ramp of 0.2/2.3 s."""
 RAMP = 0.2 / 2.3
+SECONDS = 2 * (2 + RAMP)
+ALARM = '[[reply]]\nafter_s = 1.0\nset = { "$IN[7]" = true }\n[inputs]\n7 = false'
+ANSWER = '[[reply]]\nwhen = "$OUT[5]"\nafter_s = 0.4\nset = { "$IN[7]" = true }\n[inputs]\n7 = false'
+ON_INPUT = ("INTERRUPT DECL 5 WHEN $IN[7] DO f( )", "INTERRUPT ON 5")
+TIMER = ("$TIMER[1] = 0", "$TIMER_STOP[1] = FALSE")
+DATA = "DEFDAT a\nDECL INT N=0\nENDDAT\n"
 
 
 def run_of(arm, *lines, cell_text="", data=None):
@@ -24,27 +34,6 @@ def run_of(arm, *lines, cell_text="", data=None):
 
 def events(run):
     return [(x.kind, round(x.time, 6), x.text) for x in run.events]
-
-
-def test_an_output_is_an_event_at_the_end_of_the_motion_before(arm):
-    run = run_of(arm, LIN, "$OUT[3] = TRUE", "WAIT SEC 1")
-    assert events(run) == [("output", round(2 + RAMP, 6), "$OUT[3] = TRUE")]
-
-
-def test_an_answer_of_the_cell_ends_a_wait(arm):
-    text = '[[reply]]\nwhen = "$OUT[5]"\nafter_s = 0.4\nset = { "$IN[7]" = true }\n[inputs]\n7 = false'
-    run = run_of(arm, LIN, "$OUT[5] = TRUE", "WAIT FOR $IN[7]", LIN.replace("400", "-400"), cell_text=text)
-    kinds = [(x.kind, x.end - x.begin) for x in run.executed[2:]]
-    assert kinds == [("WAIT FOR", pytest.approx(0.4)), ("LIN_REL", pytest.approx(2 + RAMP))]
-    assert ("reply", round(2.4 + RAMP, 6), "$IN[7] = TRUE") in events(run)
-
-
-def test_a_wait_that_nothing_ends_stops_the_run_or_counts_as_met(arm):
-    with pytest.raises(ProgramError, match="nothing here can change it"):
-        run_of(arm, LIN, "WAIT FOR $IN[7]", cell_text="inputs.7 = false")
-    run = run_of(arm, LIN, "WAIT FOR $IN[7]", cell_text="unmet_wait_s = 1.5\ninputs.7 = false")
-    assert run.cycle_time == pytest.approx(3.5 + RAMP)
-    assert [x.name for x in run.assumptions if "WAIT" in x.name] == ["WAIT FOR $IN[7]"]
 
 
 @pytest.mark.parametrize(
@@ -58,39 +47,53 @@ def test_a_wait_that_nothing_ends_stops_the_run_or_counts_as_met(arm):
 )
 def test_a_trigger_acts_at_its_place(arm, place, time):
     run = run_of(arm, f"TRIGGER WHEN {place} DO $OUT[4]=TRUE", LIN, "WAIT SEC 1")
-    (trigger,) = [x for x in run.events if x.kind == "trigger"]
-    (output,) = [x for x in run.events if x.kind == "output"]
-    assert trigger.time == output.time == pytest.approx(time, abs=2e-4)
+    assert [x.kind for x in run.events] == ["trigger", "output"]
+    assert [x.time for x in run.events] == pytest.approx([time] * 2, abs=2e-4)
 
 
-def test_a_trigger_does_not_stop_the_advance_run(arm):
-    lines = ["$APO.CDIS = 50", "LIN_REL {Y 200} C_DIS", "LIN_REL {Z 200}"]
-    plain = run_of(arm, *lines)
-    run = run_of(arm, lines[0], "TRIGGER WHEN DISTANCE = 1 DELAY = 0 DO $OUT[4]=TRUE", *lines[1:])
+def test_an_output_is_an_event_at_the_end_of_the_motion_before_and_a_trigger_stops_no_advance_run(arm):
+    run = run_of(arm, LIN, "$OUT[3] = TRUE", "WAIT SEC 1")
+    assert events(run) == [("output", round(2 + RAMP, 6), "$OUT[3] = TRUE")]
+    lines, trigger = (
+        ["LIN_REL {Y 200} C_DIS", "LIN_REL {Z 200}"],
+        "TRIGGER WHEN DISTANCE = {} DELAY = 0 DO $OUT[4]=TRUE",
+    )
+    plain = run_of(arm, "$APO.CDIS = 50", *lines)
+    run = run_of(arm, "$APO.CDIS = 50", trigger.format(1), *lines)
     assert run.cycle_time == pytest.approx(plain.cycle_time)
     # the end of a blended motion is the middle of its blend
     middle = plain.executed[1].end - 0.5 * plain.executed[2].overlap
     assert run.events[0].time == pytest.approx(middle, abs=1e-6)
+    # found on public programs: on a motion to where the arm stands it waited for ever
+    run = run_of(arm, HOME, trigger.format(0), HOME, "LIN_REL {X 50}", "LIN_REL {X -20}")
+    (fired,) = [x for x in run.events if x.text == "$OUT[4] = TRUE"]
+    assert fired.time == pytest.approx(run.executed[1].begin)
 
 
-def test_an_interrupt_comes_at_its_edge_once(arm):
-    text = '[[reply]]\nafter_s = 1.0\nset = { "$IN[7]" = true }\n[inputs]\n7 = false'
-    lines = ["INTERRUPT DECL 5 WHEN $IN[7] DO f( )", "INTERRUPT ON 5", LIN, LIN.replace("400", "-400")]
-    run = run_of(arm, *lines, cell_text=text)
+def test_an_answer_of_the_cell_ends_a_wait_and_without_one_the_run_stops_or_takes_it_as_met(arm):
+    run = run_of(arm, LIN, "$OUT[5] = TRUE", "WAIT FOR $IN[7]", BACK, cell_text=ANSWER)
+    kinds = [(x.kind, x.end - x.begin) for x in run.executed[2:]]
+    assert kinds == [("WAIT FOR", pytest.approx(0.4)), ("LIN_REL", pytest.approx(2 + RAMP))]
+    assert ("reply", round(2.4 + RAMP, 6), "$IN[7] = TRUE") in events(run)
+    with pytest.raises(ProgramError, match="nothing here can change it"):
+        run_of(arm, LIN, "WAIT FOR $IN[7]", cell_text="inputs.7 = false")
+    run = run_of(arm, LIN, "WAIT FOR $IN[7]", cell_text="unmet_wait_s = 1.5\ninputs.7 = false")
+    assert run.cycle_time == pytest.approx(3.5 + RAMP)
+    assert [x.name for x in run.assumptions if "WAIT" in x.name] == ["WAIT FOR $IN[7]"]
+
+
+def test_an_interrupt_comes_at_its_edge_once_and_resume_goes_back_to_where_it_was_declared(arm):
+    run = run_of(arm, *ON_INPUT, LIN, BACK, cell_text=ALARM)
     found = [x for x in events(run) if x[0] in ("interrupt", "output")]
     assert found == [("interrupt", 1.0, "interrupt 5: $IN[7]"), ("output", 1.0, "$OUT[9] = TRUE")]
-    off = run_of(arm, *lines[:2], "INTERRUPT OFF 5", *lines[2:], cell_text=text)
+    off = run_of(arm, *ON_INPUT, "INTERRUPT OFF 5", LIN, BACK, cell_text=ALARM)
     assert not [x for x in events(off) if x[0] == "interrupt"]
-
-
-def test_resume_goes_back_to_the_routine_that_declared_the_interrupt(arm):
     main = ["INTERRUPT DECL 5 WHEN $FLAG[1] DO g( )", "INTERRUPT ON 5", "b( )", "N = N + 100", "END"]
     called = ["DEF b( )", "$FLAG[1] = TRUE", "N = N + 10", "END"]
     values, _ = values_of(arm, [*main, *called, "DEF g( )", "N = N + 1", "RESUME"], ["DECL INT N=0"])
     assert values["N"] == 101
 
 
-ALARM = '[[reply]]\nafter_s = 1.0\nset = { "$IN[7]" = true }\n[inputs]\n7 = false'
 STOPPING = "DEF h( )\nBRAKE\nWAIT SEC 3\nEND\nDEF k( )\nBRAKE\nRESUME\nEND\n"
 STOPPING += "DEF n( )\n$OUT[9] = TRUE\nEND\nDEF way( )\nLIN_REL {Y 400}\nEND\n"
 
@@ -105,26 +108,36 @@ def stopped_run(arm, name, word="", way=("way( )",)):
     return run, t, motion, lwr_dyn.forward_kinematics(arm, motion.q)[:, :3, 3]
 
 
+def kinds_of(run):
+    return [x.kind for x in run.executed]
+
+
 def test_brake_stops_on_the_path_and_goes_on_along_it(arm):
     run, t, motion, places = stopped_run(arm, "h")
-    assert [x.kind for x in run.executed] == ["PTP (start)", "LIN_REL", "BRAKE", "WAIT", "LIN_REL", "WAIT"]
+    assert kinds_of(run) == ["PTP (start)", "LIN_REL", "BRAKE", "WAIT", "LIN_REL", "WAIT"]
     away = places - places[0]
     assert np.abs(away[:, [0, 2]]).max() < 1e-9
     assert away[-1, 1] == pytest.approx(0.4, abs=1e-9)
     assert (np.diff(away[:, 1]) > -1e-12).all()
-    cut, _, wait = run.executed[1:4]
+    cut, brake, wait = run.executed[1:4]
     # the row of the motion that is cut shows where the arm is then, and the later one where it ends
     np.testing.assert_allclose(cut.q, run.timeline.sample(np.array([cut.end])).q[0], atol=1e-9)
     np.testing.assert_allclose(run.executed[4].q, motion.q[-1], atol=1e-9)
     assert np.abs(motion.dq[(t > wait.begin) & (t < wait.end)]).max() < 1e-12
     # each ramp of the stop takes half its length longer than the motion alone
-    stop = run.executed[2].end - run.executed[2].begin
-    assert run.cycle_time == pytest.approx(2 + RAMP + 3 + 1 + stop, abs=1e-9)
+    assert run.cycle_time == pytest.approx(2 + RAMP + 3 + 1 + brake.end - brake.begin, abs=1e-9)
     # the speed that is sampled is the slope of the place
-    t = np.linspace(run.executed[2].begin - 0.01, run.executed[2].end + 0.01, 2001)
+    t = np.linspace(brake.begin - 0.01, brake.end + 0.01, 2001)
     motion = run.timeline.sample(t)
     slope = np.diff(motion.q, axis=0) / np.diff(t)[:, None]
     assert np.abs(slope - 0.5 * (motion.dq[1:] + motion.dq[:-1])).max() < 1e-3 * np.abs(motion.dq).max()
+
+
+def test_an_interrupt_with_brake_stops_by_itself_and_resume_gives_the_stopped_motion_up(arm):
+    assert kinds_of(stopped_run(arm, "n", "WITH BRAKE")[0]) == ["PTP (start)", "LIN_REL", "BRAKE", "LIN_REL", "WAIT"]
+    run, _, _, places = stopped_run(arm, "k")
+    assert kinds_of(run) == ["PTP (start)", "LIN_REL", "BRAKE", "WAIT"]
+    assert 0.18 < places[-1, 1] - places[0, 1] < 0.25
 
 
 @pytest.mark.slow
@@ -141,28 +154,44 @@ def test_a_trigger_acts_at_its_place_on_the_path_that_is_braked(arm, left):
     assert (fired.time > stop.end + 3) == (left < 206)
 
 
-def test_triggers_of_a_stopped_motion_keep_their_delay_from_its_end(arm):
+def test_triggers_of_a_stopped_motion_keep_their_delay_from_its_end_and_act_not_where_resume_gives_it_up(arm):
     way = [f"TRIGGER WHEN DISTANCE = 1 DELAY = {x} DO $OUT[{i}]=TRUE" for i, x in ((1, -80), (2, 0), (3, 70))]
-    run, *_ = stopped_run(arm, "h", way=(*way, "LIN_REL {Y 400}"))
+    run, *_ = stopped_run(arm, "h", way=(*way, LIN))
     end = [x for x in run.executed if x.kind == "LIN_REL"][-1].end
     assert [x.time - end for x in run.events if x.kind == "trigger"] == pytest.approx([-0.08, 0.0, 0.07], abs=1e-9)
-
-
-def test_triggers_at_places_that_resume_gives_up_never_act(arm):
     way = [f"TRIGGER WHEN {x} DELAY = 0 DO $OUT[4]=TRUE" for x in ("PATH = -300", "PATH = -100", "DISTANCE = 1")]
-    run, *_ = stopped_run(arm, "k", way=(*way, "LIN_REL {Y 400}"))
+    run, *_ = stopped_run(arm, "k", way=(*way, LIN))
     assert [x.text for x in run.events if x.kind == "trigger"] == ["TRIGGER PATH = -300, 0 ms"]
 
 
-def test_an_interrupt_with_brake_stops_by_itself(arm):
-    run, *_ = stopped_run(arm, "n", "WITH BRAKE")
-    assert [x.kind for x in run.executed] == ["PTP (start)", "LIN_REL", "BRAKE", "LIN_REL", "WAIT"]
+TWICE = [
+    *SPEEDS, HOME, "INTERRUPT DECL 5 WHEN $IN[7] DO h( )", "INTERRUPT ON 5",
+    "TRIGGER WHEN PATH = -120 DELAY = 0 DO $OUT[4]=TRUE", LIN, "WAIT SEC 1", "END", "DEF h( )", "BRAKE", "WAIT SEC 0.5",
+]  # fmt: skip
 
 
-def test_resume_gives_the_stopped_motion_up(arm):
-    run, _, _, places = stopped_run(arm, "k")
-    assert [x.kind for x in run.executed] == ["PTP (start)", "LIN_REL", "BRAKE", "WAIT"]
-    assert 0.18 < places[-1, 1] - places[0, 1] < 0.25
+@pytest.mark.parametrize("second", [1.53, 1.56, 1.8, 2.4])
+def test_brake_stops_a_motion_that_goes_on_after_brake(arm, second):
+    """The first one at 1 s; the second one while the arm gets up to speed, and later."""
+    times = ((1.0, True), (1.1, False), (second, True), (second + 0.1, False))
+    replies = [{"after_s": t, "set": {"$IN[7]": on}} for t, on in times]
+    run = run_program(short_program(*TWICE), arm, cell=cell_of({"inputs": {"7": False}, "reply": replies}))
+    stop = ["LIN_REL", "BRAKE", "WAIT"]
+    assert kinds_of(run) == ["PTP (start)", *stop, *stop, "LIN_REL", "WAIT"]
+    t = np.linspace(0.0, run.duration, 3000)
+    motion = run.timeline.sample(t)
+    start = lwr_dyn.forward_kinematics(arm, run.motion.q[0])[:3, 3]
+    away = lwr_dyn.forward_kinematics(arm, motion.q)[:, :3, 3] - start
+    assert np.abs(away[:, [0, 2]]).max() < 1e-9
+    assert (np.diff(away[:, 1]) > -1e-12).all()
+    assert away[-1, 1] == pytest.approx(0.4, abs=1e-9)
+    for x in (x for x in run.executed if x.kind == "WAIT"):
+        assert np.abs(motion.dq[(t > x.begin) & (t < x.end)]).max() < 1e-12
+    slope = np.diff(motion.q, axis=0) / np.diff(t)[:, None]
+    assert np.abs(slope - 0.5 * (motion.dq[1:] + motion.dq[:-1])).max() < 0.05 * np.abs(motion.dq).max()
+    (fired,) = [x for x in run.events if x.kind == "trigger"]
+    place = lwr_dyn.forward_kinematics(arm, run.timeline.sample(np.array([fired.time])).q[0])[:3, 3]
+    assert 1e3 * (place - start)[1] == pytest.approx(280, abs=0.01)
 
 
 @pytest.mark.slow
@@ -172,24 +201,13 @@ def test_random_programs_keep_the_laws(arm, seed):
     assert faults_of(arm, seed) == []
 
 
-def test_timers_count_the_time_of_the_model(arm):
-    data = "DEFDAT a\nDECL INT N=0\nENDDAT\n"
-    run = run_of(arm, "$TIMER[1] = 0", "$TIMER_STOP[1] = FALSE", LIN, "N = $TIMER[1]", "WAIT SEC N / 1000.0", data=data)
+def test_timers_count_the_time_of_the_model_and_signals_are_inputs_and_outputs(arm):
+    run = run_of(arm, *TIMER, LIN, "N = $TIMER[1]", "WAIT SEC N / 1000.0", data=DATA)
     assert run.cycle_time == pytest.approx(2 * (2 + RAMP), abs=1e-3)
-
-
-def test_signals_are_inputs_and_outputs(arm):
-    data = [
-        "SIGNAL GRIP $OUT[3]",
-        "SIGNAL READY $IN[8]",
-        "SIGNAL CODE $OUT[11] TO $OUT[14]",
-        "DECL BOOL A,B",
-        "DECL INT N",
-    ]
+    names = ["SIGNAL GRIP $OUT[3]", "SIGNAL READY $IN[8]", "SIGNAL CODE $OUT[11] TO $OUT[14]"]
     lines = ["GRIP = TRUE", "A = $OUT[3]", "B = READY", "CODE = 5", "N = CODE"]
-    values, _ = values_of(
-        arm, [*lines, "A = A AND $OUT[11] AND NOT $OUT[12] AND $OUT[13]"], data, cell("inputs.8 = true")
-    )
+    lines.append("A = A AND $OUT[11] AND NOT $OUT[12] AND $OUT[13]")
+    values, _ = values_of(arm, lines, [*names, "DECL BOOL A,B", "DECL INT N"], cell("inputs.8 = true"))
     assert (values["A"], values["B"], values["N"]) == (True, True, 5)
 
 
@@ -197,140 +215,110 @@ def test_a_submit_program_answers_an_output(arm):
     source = f"DEF a( )\n{HOME}\n$OUT[1] = TRUE\nWAIT FOR $FLAG[2]\nPTP {{A1 5}}\nEND\n"
     submit = "DEF sps( )\nLOOP\nIF $OUT[1] THEN\n$FLAG[2] = TRUE\nENDIF\nENDLOOP\nEND\n"
     program = program_of(parse_text(source, "a.src")[0], None, [parse_text(submit, "sps.sub")[0]])
-    run = run_program(program, arm, cell=cell('submits = ["sps.sub"]'))
-    assert [x.kind for x in run.executed][-1] == "PTP"
-    assert run.executed[-1].begin < 0.05
+    last = run_program(program, arm, cell=cell('submits = ["sps.sub"]')).executed[-1]
+    assert (last.kind, last.begin < 0.05) == ("PTP", True)
     with pytest.raises(ProgramError, match="nothing here can change it"):
         run_program(program, arm)
 
 
-def test_a_trigger_of_a_motion_to_where_the_arm_stands_fires_at_once(arm):
-    """Found on public programs: it waited for ever, and each later statement looked through all motions for it."""
-    trigger = "TRIGGER WHEN DISTANCE = 0 DELAY = 0 DO $OUT[4]=TRUE"
-    run = run_of(arm, HOME, trigger, HOME, "LIN_REL {X 50}", "LIN_REL {X -20}")
-    (fired,) = [x for x in run.events if x.text == "$OUT[4] = TRUE"]
-    assert fired.time == pytest.approx(run.executed[1].begin)
-
-
-PASS = ["LIN_REL {Y 400}", "LIN_REL {Y -400}"]
-SECONDS = 2 * (2 + 0.2 / 2.3)
-
-
 def program(*lines):
-    return short_program(*SPEEDS, HOME, *lines, data="DEFDAT a\nDECL INT N=0\nENDDAT\n")
+    return short_program(*SPEEDS, HOME, *lines, data=DATA)
 
 
-@pytest.mark.parametrize(
-    "loop",
-    [
-        ["LOOP", *PASS, "ENDLOOP"],
-        ["WHILE TRUE", *PASS, "ENDWHILE"],
-        ["REPEAT", *PASS, "UNTIL FALSE"],
-        ["X:", *PASS, "GOTO X"],
-    ],
-)
-def test_one_pass_is_found_and_the_run_ends(arm, loop):
+def turn(*lines):
+    return ["LOOP", *lines, "ENDLOOP"]
+
+
+def pallet(places):
+    """The last place takes 10 s longer: three like passes before it are not the cycle."""
+    return turn("N = N + 1", "WAIT SEC 1", f"IF N == {places} THEN", "N = 0", "WAIT SEC 10", "ENDIF")
+
+
+WATCH = ("IF $TIMER[1] > 2500 THEN", "WAIT SEC 2", "$TIMER[1] = 0", "ENDIF")
+PASSES = {
+    "loop": (turn(LIN, BACK), 1, SECONDS),
+    "while": (["WHILE TRUE", LIN, BACK, "ENDWHILE"], 1, SECONDS),
+    "repeat": (["REPEAT", LIN, BACK, "UNTIL FALSE"], 1, SECONDS),
+    "goto": (["X:", LIN, BACK, "GOTO X"], 1, SECONDS),
+    "turns": (turn("N = 1 - N", "IF N == 1 THEN", LIN, BACK, "ENDIF", "WAIT SEC 1"), 2, SECONDS / 2 + 1),
+    **{f"pallet of {n}": (pallet(n), n, 1 + 10 / n) for n in (4, 20, 32)},
+    "a timer decides: 1 s, and 2 s more each 2.5 s": ([*TIMER, *turn("WAIT SEC 1", *WATCH)], 3, 5 / 3),
+    "a timer is read": ([*TIMER, *turn("WAIT SEC 1", "N = $TIMER[1]")], 0, 1.0),
+}
+
+
+@pytest.mark.parametrize(("loop", "period", "seconds"), PASSES.values(), ids=PASSES)
+def test_one_pass_of_an_endless_loop_is_found_and_the_run_ends(arm, loop, period, seconds):
     run = run_program(program("PTP_REL {A1 10}", *loop), arm)
-    assert run.passes.period == 1
-    assert run.passes.cycle_time == pytest.approx(SECONDS)
+    assert (run.passes.period, run.passes.cycle_time) == (period, pytest.approx(seconds))
     assert [d.code for d in run.diagnostics] == ["endless"]
-    assert len(run.executed) < 10
-
-
-def test_passes_that_take_turns_are_found(arm):
-    loop = ["LOOP", "N = 1 - N", "IF N == 1 THEN", *PASS, "ENDIF", "WAIT SEC 1", "ENDLOOP"]
-    run = run_program(program(*loop), arm)
-    assert run.passes.period == 2
-    assert run.passes.cycle_time == pytest.approx(SECONDS / 2 + 1)
+    assert period != 1 or len(run.executed) < 10
 
 
 @pytest.mark.slow
 def test_a_counter_does_not_hide_that_passes_are_alike(arm):
-    run = run_program(program("LOOP", "N = N + 1", *PASS, "ENDLOOP"), arm)
-    assert (run.passes.period, len(run.passes.seconds)) == (0, 65)
-    assert run.passes.cycle_time == pytest.approx(SECONDS)
-    assert "later passes may differ" in str(run.passes)
+    passes = run_program(program(*turn("N = N + 1", LIN, BACK)), arm).passes
+    assert (passes.period, len(passes.seconds), passes.cycle_time) == (0, 65, pytest.approx(SECONDS))
+    assert "later passes may differ" in str(passes)
 
 
-@pytest.mark.parametrize("places", [4, 20, 32])
-def test_a_pallet_is_counted_to_its_end(arm, places):
-    """The last place takes 10 s longer: three like passes before it are not the cycle."""
-    loop = ["LOOP", "N = N + 1", "WAIT SEC 1", f"IF N == {places} THEN", "N = 0", "WAIT SEC 10", "ENDIF", "ENDLOOP"]
-    run = run_program(program(*loop), arm)
-    assert run.passes.period == places
-    assert run.passes.cycle_time == pytest.approx(1 + 10 / places)
+@pytest.mark.parametrize(
+    ("count", "first", "place", "alike"),
+    [(PATIENCE, 1.0, "a", True), (PATIENCE - 1, 1.0, "a", False), (PATIENCE, 2.0, "b", PATIENCE > ALIKE)],
+)
+def test_passes_are_alike_where_the_last_ones_are(count, first, place, alike):
+    watch = LoopWatch(0.0, None)
+    watch.seconds, watch.places = [first, *[1.0] * (count - 1)], [place, *"a" * (count - 1)]
+    assert watch.alike() is alike
+    for changed in ([*watch.seconds[:-1], 2.0], watch.places), (watch.seconds, [*watch.places[:-1], "c"]):
+        other = LoopWatch(0.0, None)
+        other.seconds, other.places = changed
+        assert not other.alike()
+    ended = LoopWatch(0.0, None)
+    for now, where in ((1.5, "a"), (1.5, "b"), (4.0, "c")):
+        ended.end_pass(now, where)
+    assert (ended.count, ended.seconds, ended.places, ended.began) == (3, [1.5, 2.5], ["a", "c"], 4.0)
+    compared = [n for n in range(1, 100) if replace(ended, count=n).compares]
+    assert compared == [*range(1, EACH), *(n for n in range(EACH, 100) if n % 16 == 0)]
+    assert [n for n in range(1, 100) if replace(ended, count=n).keeps] == [1, 2, 4, 8, 16, 32, 64]
 
 
-def test_a_loop_with_a_way_out_runs_to_its_end(arm):
-    run = run_program(program("LOOP", "N = N + 1", *PASS, "IF N == 6 THEN", "EXIT", "ENDIF", "ENDLOOP"), arm)
-    assert run.passes is None
-    assert run.cycle_time == pytest.approx(6 * SECONDS)
-
-
-def test_passes_that_differ_are_counted_up_to_the_bound(arm):
-    run = run_program(program("LOOP", "N = N + 1", "WAIT SEC N", "ENDLOOP"), arm, MachineData(passes=12))
-    assert len(run.passes.seconds) == 12
-    assert "from 2.000 to 13.000 s" in str(run.passes)
+def test_passes_that_differ_are_counted_up_to_the_bound_and_a_loop_with_a_way_out_to_its_end(arm):
+    run = run_program(program(*turn("N = N + 1", "WAIT SEC N")), arm, MachineData(passes=12))
+    assert (len(run.passes.seconds), "from 2.000 to 13.000 s" in str(run.passes)) == (12, True)
+    run = run_program(program(*turn("N = N + 1", LIN, BACK, "IF N == 6 THEN", "EXIT", "ENDIF")), arm)
+    assert (run.passes, run.cycle_time) == (None, pytest.approx(6 * SECONDS))
 
 
 def test_a_loop_that_only_watches_is_named_and_ends_the_run(arm):
-    loop = ["LOOP", "IF $FLAG[3] THEN", *PASS, "ENDIF", "ENDLOOP"]
-    run = run_program(program("PTP_REL {A1 10}", *loop), arm)
+    run = run_program(program("PTP_REL {A1 10}", *turn("IF $FLAG[3] THEN", LIN, BACK, "ENDIF")), arm)
     assert [(d.severity, d.code) for d in run.diagnostics] == [("warning", "endless")]
-    empty = short_program("LOOP", "ENDLOOP")
+    empty = short_program(*turn())
     with pytest.raises(ProgramError, match="goes round without motion") as fault:
         run_program(empty, arm)
-    assert fault.value.code == "endless"
-    assert [d.code for d in check_program(empty, arm)] == ["endless"]
-
-
-def test_a_loop_that_watches_a_timer_ends_with_it(arm):
-    lines = ["$TIMER[1] = 0", "$TIMER_STOP[1] = FALSE", "REPEAT", "N = 1", "UNTIL $TIMER[1] > 500", "PTP_REL {A1 10}"]
-    run = run_program(program(*lines), arm)
-    assert run.passes is None
-    assert run.executed[-2].kind == "watching loop"
+    assert [fault.value.code, *(d.code for d in check_program(empty, arm))] == ["endless", "endless"]
+    # one that watches a timer ends with it, and a long computation is none
+    run = run_program(program(*TIMER, "REPEAT", "N = 1", "UNTIL $TIMER[1] > 500", "PTP_REL {A1 10}"), arm)
+    assert (run.passes, run.executed[-2].kind) == (None, "watching loop")
     assert run.executed[-1].begin == pytest.approx(0.5, abs=0.03)
-
-
-def test_a_timer_that_decides_is_part_of_the_state(arm):
-    """A pass of 1 s, and 2 s more each time 2.5 s have gone by: three passes in turn, of 5 s."""
-    watch = ["IF $TIMER[1] > 2500 THEN", "WAIT SEC 2", "$TIMER[1] = 0", "ENDIF"]
-    start = ["$TIMER[1] = 0", "$TIMER_STOP[1] = FALSE"]
-    run = run_program(program(*start, "LOOP", "WAIT SEC 1", *watch, "ENDLOOP"), arm)
-    assert (run.passes.period, run.passes.cycle_time) == (3, pytest.approx(5 / 3))
-    run = run_program(program(*start, "LOOP", "WAIT SEC 1", "N = $TIMER[1]", "ENDLOOP"), arm)
-    assert run.passes.period == 0
-
-
-def test_a_wait_before_the_arm_stands_anywhere_counts(arm):
+    count = ["FOR N = 1 TO 3000", "$FILTER = N / 2", "ENDFOR", "WHILE N > 5", "N = N - 5", "ENDWHILE"]
+    assert run_program(program(*count, "PTP_REL {A1 10}"), arm).executed[-1].kind == "PTP_REL"
+    # a wait counts before the arm stands anywhere
     endless = short_program("REPEAT", "WAIT SEC 1", "$FILTER = $FILTER + 1", "UNTIL FALSE")
     notes = check_program(endless, arm, MachineData(seconds=20.0))
     assert [d.message for d in notes] == ["stopped here after 20 s of simulated time"]
 
 
-def test_a_long_computation_is_not_taken_for_an_endless_loop(arm):
-    lines = [
-        "FOR N = 1 TO 3000",
-        "$FILTER = N / 2",
-        "ENDFOR",
-        "WHILE N > 5",
-        "N = N - 5",
-        "ENDWHILE",
-        "PTP_REL {A1 10}",
-    ]
-    assert run_program(program(*lines), arm).executed[-1].kind == "PTP_REL"
-
-
 def test_the_command_prints_the_pass(printed, recorded, folder):
-    (folder / "a.src").write_text("\n".join(["DEF a( )", HOME, "LOOP", *PASS, "$OUT[1] = TRUE", "ENDLOOP", "END", ""]))
+    lines = ["DEF a( )", HOME, "LOOP", LIN, BACK, "$OUT[1] = TRUE", "ENDLOOP", "END", ""]
+    (folder / "a.src").write_text("\n".join(lines))
     record = recorded("krl", "run", "a.src")
-    assert record["passes"]["period"] == 1
-    assert record["events"][0]["text"] == "$OUT[1] = TRUE"
+    assert (record["passes"]["period"], record["events"][0]["text"]) == (1, "$OUT[1] = TRUE")
     assert "s a pass, for ever" in printed("krl", "run", "a.src")
 
 
 def test_a_fault_in_a_trigger_after_the_end_of_the_program_is_a_diagnosis(arm):
-    lines = *SPEEDS, HOME, "TRIGGER WHEN DISTANCE = 1 DELAY = 500 DO NONAME=TRUE", LIN
-    assert [(x.code, x.position.line) for x in check_program(short_program(*lines), arm)] == [("undeclared", 5)]
+    late = short_program(*SPEEDS, HOME, "TRIGGER WHEN DISTANCE = 1 DELAY = 500 DO NONAME=TRUE", LIN)
+    assert [(x.code, x.position.line) for x in check_program(late, arm)] == [("undeclared", 5)]
     with pytest.raises(ProgramError, match="NONAME is not declared"):
-        run_program(short_program(*lines), arm)
+        run_program(late, arm)

@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from tests.krl.running.test_background import LIN, RAMP, events, run_of
+from tests.krl.running.test_background import ALARM, BACK, LIN, RAMP, TIMER, events, kinds_of, run_of
 
-BACK = LIN.replace("400", "-400")
 END = 2 + RAMP
 """[s] Of the motion of 400 mm."""
 IN_RAMP = math.sqrt(2 * 0.001 / 2.3)
 """[s] Of the first and of the last millimetre."""
-TIMER = ("$TIMER[1] = 0", "$TIMER_STOP[1] = FALSE")
-RIGHT = "PTP {A1 -30}"
 
 
 def at(mm):
@@ -54,42 +51,30 @@ def interrupts(arm, condition, *lines, before=(), action="f( )", cell_text=""):
     ],
 )
 def test_an_interrupt_comes_when_it_is_due(arm, condition, lines, times):
-    cell_text = '[[reply]]\nafter_s = 1.0\nset = { "$IN[7]" = true }\n[inputs]\n7 = false'
-    found, _ = interrupts(arm, condition, *lines, before=TIMER, cell_text=cell_text)
+    found, _ = interrupts(arm, condition, *lines, before=TIMER, cell_text=ALARM)
     assert found == pytest.approx(times, abs=1e-6)
 
 
-def test_what_was_before_an_interrupt_is_switched_on_does_not_count(arm):
-    """The motion before may still pass into the next one, so it is looked at later."""
-    declared = "INTERRUPT DECL 5 WHEN $POS_ACT.Y > 100 DO f( )"
-    run = run_of(arm, declared, f"{LIN} C_DIS", "INTERRUPT ON 5", "LIN_REL {X 100}")
-    assert [x.kind for x in run.events] == []
-
-
-def test_an_axis_is_where_its_ramp_has_brought_it(arm):
-    """An axis turns at its rated speed after 0.4 s."""
-    speed = arm.velocity[0]
-    (first,), _ = interrupts(arm, "$AXIS_ACT.A1 < -1", RIGHT)
+def test_an_interrupt_of_an_axis_of_a_timer_below_zero_and_of_none_before_it_is_switched_on(arm):
+    speed = arm.velocity[0]  # which an axis has after 0.4 s
+    (first,), _ = interrupts(arm, "$AXIS_ACT.A1 < -1", "PTP {A1 -30}")
     assert first == pytest.approx(math.sqrt(2 * np.radians(1) / (speed / 0.4)), abs=1e-6)
-    (middle,), run = interrupts(arm, "$AXIS_ACT.A1 < -15", RIGHT)
+    (middle,), run = interrupts(arm, "$AXIS_ACT.A1 < -15", "PTP {A1 -30}")
     assert middle == pytest.approx(run.cycle_time / 2, abs=1e-6)
-
-
-def test_a_timer_set_below_zero_raises_its_flag_at_zero(arm):
     found, _ = interrupts(arm, "$TIMER_FLAG[1]", LIN, before=("$TIMER[1] = -250", TIMER[1]))
     assert found == pytest.approx([0.25], abs=1e-6)
+    # the motion before may still pass into the next one, so it is looked at later
+    declared = "INTERRUPT DECL 5 WHEN $POS_ACT.Y > 100 DO f( )"
+    assert run_of(arm, declared, f"{LIN} C_DIS", "INTERRUPT ON 5", "LIN_REL {X 100}").events == ()
 
 
-def test_what_interrupts_sees_where_the_arm_is(arm):
+def test_what_interrupts_sees_where_the_arm_is_and_brake_stops_it_there(arm):
     _, run = interrupts(arm, "$POS_ACT.Y > 100", LIN, action="$ANOUT[1] = $POS_ACT.Y / 1000")
     (text,) = [x.text for x in run.events if x.kind == "output"]
     assert float(text.removeprefix("$ANOUT[1] = ")) == pytest.approx(0.1, abs=1e-6)
-
-
-def test_brake_stops_where_the_condition_has_become_true(arm):
     routine = "INTERRUPT WITH BRAKE DECL 5 WHEN $POS_ACT.Y > 100 DO f( )"
     run = run_of(arm, routine, "INTERRUPT ON 5", LIN, "WAIT SEC 1")
-    assert [x.kind for x in run.executed] == ["PTP (start)", "LIN_REL", "BRAKE", "LIN_REL", "WAIT"]
+    assert kinds_of(run) == ["PTP (start)", "LIN_REL", "BRAKE", "LIN_REL", "WAIT"]
     assert run.executed[1].end == pytest.approx(at(100), abs=1e-6)
     start, there = lwr_dyn.forward_kinematics(arm, np.array([run.executed[0].q, run.executed[1].q]))[:, 1, 3]
     assert 1e3 * (there - start) == pytest.approx(100, abs=1e-3)

@@ -1,4 +1,4 @@
-"""Motions on the model: closed-form ramps, branches by Status and Turn, speeds, frames; blends: `test_blends.py`."""
+"""Motions on the model: closed-form ramps, branches by Status and Turn, speeds, frames; every statement."""
 
 import math
 
@@ -11,6 +11,8 @@ from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose, status, turn
 from lwr_dyn.krl.running.program_run import check_program, run_program
+from lwr_dyn.krl.running.targets import absolute_point
+from lwr_dyn.krl.running.values import ExecutionError, StructValue
 from tests.krl.short_programs import HOME, codes_of, run_of
 
 SECONDS = 1e-9
@@ -24,26 +26,20 @@ def trapezoid_time(way, speed, ramp):
 
 @pytest.mark.parametrize(("axis", "step"), [(1, 60), (1, 5), (2, 40), (3, -70), (4, 170), (5, 20), (6, -300)])
 @pytest.mark.parametrize("percent", [100, 30])
-def test_ptp_takes_the_time_of_its_slowest_axis(arm, axis, step, percent):
+def test_ptp_is_synchronous_and_takes_the_time_of_its_slowest_axis(arm, axis, step, percent):
     run = run_of(arm, HOME, f"BAS(#VEL_PTP, {percent})", f"PTP_REL {{A{axis} {step}, A5 3}}")
     ways = np.zeros(6)
-    ways[axis - 1] += abs(step)
-    ways[4] += 3 if axis != 5 else 0
-    if axis == 5:
-        ways[4] = 3  # the second A5 is the one that counts
+    ways[axis - 1], ways[4] = step, 3  # of A5 twice the second one counts
     rated = np.degrees(arm.velocity)
     # all axes share one profile: its speed and its ramp are those of the tightest axis
-    speed = min(rated[i] * percent / 100 / w for i, w in enumerate(ways) if w)
-    ramp = min(rated[i] / 0.4 / w for i, w in enumerate(ways) if w)
+    speed, ramp = (
+        min(x / abs(w) for x, w in zip(of, ways, strict=True) if w) for of in (rated * percent / 100, rated / 0.4)
+    )
     assert run.executed[-1].end - run.executed[-1].begin == pytest.approx(trapezoid_time(1.0, speed, ramp), abs=SECONDS)
-
-
-def test_ptp_is_synchronous(arm):
-    run = run_of(arm, HOME, "PTP_REL {A1 60, A2 10, A6 -100}")
-    motion = run.timeline.sample(np.linspace(0.0, run.cycle_time, 50))
-    part = (motion.q - START) / np.radians([60, 10, 1, 1, 1, -100])
-    assert np.abs(part[:, 0] - part[:, 1]).max() < 1e-12
-    assert np.abs(part[:, 0] - part[:, 5]).max() < 1e-12
+    parts = (run.timeline.sample(np.linspace(0.0, run.cycle_time, 50)).q - START)[:, ways != 0] / np.radians(
+        ways[ways != 0]
+    )
+    assert np.abs(parts - parts[:, :1]).max() < 1e-12
 
 
 @pytest.mark.parametrize(("millimetres", "speed"), [(200, 0.2), (20, 0.5), (300, 1.0)])
@@ -58,11 +54,8 @@ def test_lin_takes_the_time_of_its_ramps_and_is_straight(arm, millimetres, speed
     assert np.abs(T[:, :3, :3] - T[0, :3, :3]).max() < 1e-9
     v = np.einsum("kij,kj->ki", jacobian(arm.chain, m.q), m.dq)
     assert v[:, 1].max() == pytest.approx(min(speed, math.sqrt(2.3 * millimetres / 1e3)), rel=1e-6)
-
-
-def test_lin_that_only_turns_takes_the_time_of_its_turn(arm):
-    run = run_of(arm, HOME, "$VEL.ORI1 = 90", "LIN_REL {C 20}")
-    assert run.cycle_time == pytest.approx(trapezoid_time(20, 90, 500), abs=SECONDS)
+    turn_only = run_of(arm, HOME, f"$VEL.ORI1 = {450 * speed}", "LIN_REL {C 20}")
+    assert turn_only.cycle_time == pytest.approx(trapezoid_time(20, 450 * speed, 500), abs=SECONDS)
 
 
 def test_circ_stays_on_its_circle_and_ca_turns_on(arm):
@@ -93,43 +86,56 @@ def test_rates_are_derivatives_also_in_blends(arm):
 
 
 def test_no_axis_is_faster_than_its_rating_without_a_word(arm):
-    run = run_of(
-        arm,
-        HOME,
-        "$APO.CPTP = 100",
-        *("PTP_REL {A1 30, A4 20} C_PTP", "PTP_REL {A1 -50, A6 90} C_PTP") * 3,
-        "PTP_REL {A2 9}",
-    )
+    passed = ("PTP_REL {A1 30, A4 20} C_PTP", "PTP_REL {A1 -50, A6 90} C_PTP") * 3
+    run = run_of(arm, HOME, "$APO.CPTP = 100", *passed, "PTP_REL {A2 9}")
     assert (run.peak_speeds <= arm.velocity * (1 + 1e-9)).all()
     assert run.diagnostics == ()
-    # a LIN through the neighbourhood of A5 = 0 at full speed
-    lines = ["PTP {A1 0, A2 -90, A3 90, A4 20, A5 4, A6 0}", "$VEL.CP = 2", "LIN_REL {Y -400}"]
-    assert (3, "axis-speed") in codes_of(arm, *lines)
 
 
-def test_a_lin_through_the_wrist_singularity_is_diagnosed(arm):
-    # B turns from one side of the forearm's direction to the other: A5 passes zero
-    assert "singularity" in [code for _, code in codes_of(arm, HOME, "LIN_REL {B 60}")]
-    assert codes_of(arm, HOME, "LIN_REL {B -60}") == []
+POSE = "PTP {X 91, Y -1139, Z 1392, A 0, B 0, C 0, S 4, T 52}"
+TOLD = {
+    "a LIN near A5 = 0 at full speed": (
+        ["PTP {A1 0, A2 -90, A3 90, A4 20, A5 4, A6 0}", "$VEL.CP = 2", "LIN_REL {Y -400}"], (3, "axis-speed")),
+    "B turns from one side of the forearm's direction to the other": ([HOME, "LIN_REL {B 60}"], (2, "singularity")),
+    "B turns away from it": ([HOME, "LIN_REL {B -60}"], None),
+    "A5 comes down to 1.13 deg": ([HOME, "LIN_REL {B 24.2}"], None),
+    "A5 comes down to 0.77 deg": ([HOME, "LIN_REL {B 24.5}"], (2, "singularity")),
+    "a wrist that turns over in a PTP": (
+        [HOME, POSE, "PTP {X 91, Y -1117, Z 1447, A 0, B 0, C 0, S 0, T 12}"], (3, "wrist-flip")),
+    "the Status of the target of a LIN": (
+        [POSE, "LIN {X 91, Y -1117, Z 1447, A 0, B 0, C 0, S 0, T 4}"], (2, "status-turn")),
+}  # fmt: skip
 
 
-def test_a_lin_may_come_as_near_as_one_degree_to_the_wrist_singularity(arm):
-    assert codes_of(arm, HOME, "LIN_REL {B 24.2}") == []  # A5 comes down to 1.13 deg
-    assert codes_of(arm, HOME, "LIN_REL {B 24.5}") == [(2, "singularity")]  # 0.77 deg
+@pytest.mark.parametrize(("lines", "expected"), TOLD.values(), ids=TOLD)
+def test_what_the_wrist_cannot_do_is_told(arm, lines, expected):
+    found = codes_of(arm, *lines)
+    assert expected in found if expected else found == []
 
 
-def test_a_wrist_that_turns_over_in_a_ptp_is_warned_of(arm):
-    first = "PTP {X 91, Y -1139, Z 1392, A 0, B 0, C 0, S 4, T 52}"
-    other = "PTP {X 91, Y -1117, Z 1447, A 0, B 0, C 0, S 0, T 12}"
-    assert codes_of(arm, HOME, first, other) == [(3, "wrist-flip")]
+NOW = StructValue("E6POS", {"X": 100.0, "Y": 20, "Z": 3.0, "A": 90.0, "B": 0.0, "C": 0.0, "S": 2, "T": 2})
+AXES = StructValue("E6AXIS", {f"A{i}": 10.0 * i for i in range(1, 7)})
 
 
-def test_status_of_a_lin_target_is_compared(arm):
-    lines = [
-        "PTP {X 91, Y -1139, Z 1392, A 0, B 0, C 0, S 4, T 52}",
-        "LIN {X 91, Y -1117, Z 1447, A 0, B 0, C 0, S 0, T 4}",
-    ]
-    assert codes_of(arm, *lines) == [(2, "status-turn")]
+@pytest.mark.parametrize(
+    ("step", "frame", "expected"),
+    [
+        ({"X": 1.0, "C": 5}, None, [101.0, 20, 3.0, 90.0, 0.0, 5.0]),
+        ({"X": 1.0, "C": 5}, "BASE", [101.0, 20, 3.0, 90.0, 0.0, 5.0]),
+        ({"X": 1.0, "Z": 2.0}, "tool", [100.0, 21.0, 5.0, 90.0, 0.0, 0.0]),  # X of the tool is Y
+    ],
+)
+def test_a_relative_motion_ends_at_a_pose_without_status_or_at_axes(step, frame, expected):
+    found = absolute_point(StructValue("FRAME", step), NOW, frame)
+    assert (found.type, list(found.parts), list(found.parts.values())) == (
+        "FRAME",
+        list("XYZABC"),
+        pytest.approx(expected),
+    )
+    found = absolute_point(StructValue("E6AXIS", {"A2": -5}), AXES, frame)
+    assert (found.type, list(found.parts.values())) == ("E6AXIS", [10.0, 15.0, 30.0, 40.0, 50.0, 60.0])
+    with pytest.raises(ExecutionError, match="what is no structure"):
+        absolute_point(3, NOW, frame)
 
 
 @pytest.mark.slow
@@ -143,12 +149,8 @@ def test_pose_status_turn_to_axes_and_back_for_all_branches(arm):
                 continue
             pose = kuka_pose(arm, q)
             seen.add(pose.s)
-            place = ", ".join(
-                f"{n} {v!r}"
-                for n, v in zip(
-                    "XYZABC", (pose.x_mm, pose.y_mm, pose.z_mm, pose.a_deg, pose.b_deg, pose.c_deg), strict=True
-                )
-            )
+            six = (pose.x_mm, pose.y_mm, pose.z_mm, pose.a_deg, pose.b_deg, pose.c_deg)
+            place = ", ".join(f"{n} {v!r}" for n, v in zip("XYZABC", six, strict=True))
             run = run_of(arm, f"PTP {{{place}, S {pose.s}, T {pose.t}}}")
             back = run.executed[0].q
             worst = max(worst, np.abs(back - q).max())
@@ -197,12 +199,9 @@ def test_every_statement_has_its_effect(arm):
     assert np.degrees(run.executed[-1].q - START)[0] == pytest.approx(6.0, abs=1e-9)
 
 
-def test_a_first_motion_to_where_the_arm_stands_starts_at_mastering(arm):
+def test_a_first_motion_to_where_the_arm_stands_starts_at_mastering_and_a_parameter_by_reference_comes_back(arm):
     run = run_of(arm, "PTP $AXIS_ACT", "PTP_REL {A1 10}")
     assert np.degrees(run.executed[0].q) == pytest.approx([0, -90, 90, 0, 0, 0], abs=1e-12)
-
-
-def test_a_parameter_by_reference_comes_back(arm):
     text = "DEF a( )\nINT n\nBAS(#VEL_PTP, 100)\n" + HOME + "\nn = 1\nb(n, n)\nPTP_REL {A1 n}\nEND\n"
     for mode, expected in (("OUT", 5.0), ("IN", 1.0)):
         run = run_program(parse_program(text + f"DEF b(k:{mode}, m:IN)\nINT k, m\nk = m + 4\nEND\n", name="a"), arm)

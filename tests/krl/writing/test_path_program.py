@@ -1,14 +1,15 @@
 """`krl write` of a run or a table: PTP, LIN and CIRC within the tolerance, Status and Turn solved, run and compared."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.six_joints.spherical_wrist import wrist_arm_geometry
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix
-from lwr_dyn.krl.writing.motion_program import Approximation
+from lwr_dyn.krl.writing.motion_program import Approximation, _root
 from lwr_dyn.krl.writing.path_fit import Tolerance, fitted_motions, path_deviation
 from lwr_dyn.krl.writing.path_program import WritingOptions, write_path
 from lwr_dyn.krl.writing.sampled_path import path_of_motion, read_sampled_path
@@ -60,12 +61,10 @@ def test_a_spline_block_takes_fewer_points_and_never_stops(arm):
     path, tolerance = path_of_motion(fourier(arm, 1), arm), Tolerance(1e-3, 1e-2)
     blocks = write_path(path, WritingOptions(tolerance=tolerance, kinds=("LIN", "CIRC", "PTP", "SPL")))
     arcs = write_path(path, WritingOptions(tolerance=tolerance))
-    (kind,) = blocks.written.counts()
+    ((kind, count),) = blocks.written.counts().items()
     points = {"LIN": 1, "CIRC": 2, "PTP": 1}
-    assert kind == "SPL"
-    assert blocks.written.counts()["SPL"] < sum(points[k] * n for k, n in arcs.written.counts().items())
-    assert blocks.written.passed == blocks.written.counts()["SPL"] - 1
-    assert blocks.holds
+    assert count < sum(points[k] * n for k, n in arcs.written.counts().items())
+    assert (kind, blocks.written.passed, blocks.holds) == ("SPL", count - 1, True)
     assert blocks.run.cycle_time < arcs.run.cycle_time
     source = blocks.written.program().source.text()
     assert (source.count("\r\nSPLINE"), source.count("ENDSPLINE")) == (1, 1)
@@ -127,10 +126,8 @@ def test_a_path_that_nearly_touches_the_reach_runs(arm):
     t = np.linspace(0.0, 1.0, 801)
     elbow = wrist_arm_geometry(arm.chain).straight + 0.05 + 0.3 * (1.0 + np.cos(6.0 * t))
     q = np.stack([0.6 * t, 0.3 * t - 1.2, elbow, 0.3 + 0 * t, 0.3 * t + 0.9, 0 * t], axis=1)
-    written = write_path(
-        path_of_motion(Motion(t, q, np.gradient(q, t, axis=0, edge_order=2), 0 * q), arm),
-        WritingOptions(tolerance=Tolerance(1e-3, 1e-2)),
-    )
+    path = path_of_motion(Motion(t, q, np.gradient(q, t, axis=0, edge_order=2), 0 * q), arm)
+    written = write_path(path, WritingOptions(tolerance=Tolerance(1e-3, 1e-2)))
     assert written.holds
     assert {"PTP", "CIRC"} <= set(written.written.counts())
 
@@ -148,13 +145,9 @@ def square(tmp_path):
 def test_corners_are_cut_by_less_than_the_tolerance_and_save_time(arm, square):
     path = read_sampled_path(square, arm, **FRAMES)
     options = WritingOptions(tolerance=Tolerance(1e-3, 1e-2))
-    passed, stopped = (
-        write_path(path, WritingOptions(tolerance=options.tolerance, approximate=x), FRAMES["base"])
-        for x in (True, False)
-    )
+    passed, stopped = (write_path(path, replace(options, approximate=x), FRAMES["base"]) for x in (True, False))
     assert [m.kind for m in passed.written.motions] == ["LIN"] * 3
-    assert passed.holds
-    assert stopped.holds
+    assert (passed.holds, stopped.holds) == (True, True)
     assert 1e-4 < passed.deviation.position < 1e-3
     assert stopped.deviation.position < 1e-6
     assert passed.run.cycle_time < stopped.run.cycle_time - 0.02
@@ -163,6 +156,13 @@ def test_corners_are_cut_by_less_than_the_tolerance_and_save_time(arm, square):
     source = passed.written.program().source.text()
     assert source.count("C_DIS") == 2
     assert "X 200.0, Y 200.0, Z 0.0" in passed.written.program().data.text()
+
+
+@pytest.mark.parametrize(("square", "linear", "most"), [(2.0, 3.0, 5.0), (0.0, 4.0, 2.0), (3.0, 0.0, 12.0)])
+def test_the_distance_of_a_blend_solves_its_square(square, linear, most):
+    d = _root(square, linear, most)
+    assert square * d**2 + linear * d == pytest.approx(most)
+    assert 0.0 < d < _root(0.0, 0.0, most) == np.inf
 
 
 def test_a_program_that_is_somewhere_else_is_seen(arm, square):
@@ -193,40 +193,19 @@ def test_the_command_writes_prints_and_is_run_again(square, folder, lwr_dyn_comm
     assert "BAS(#TOOL, 3)" in (folder / "b.src").read_text()
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("X,Y,Z\n1,2,3\n4,5,6\n", "no column A, B, C"),
-        ("X,Y,Z,A,B,C\n1,2,3,0,0,0\n", "1 rows of numbers"),
-        ("X,Y,Z,A,B,C\n1,2,3,0,0,0\n1,2,x,0,0,0\n", "row 3 is '1,2,x,0,0,0'; allowed: 6 finite numbers"),
-        ("X,Y,Z,A,B,X\n1,2,3,0,0,0\n1,2,3,0,0,1\n", "a column that is there twice"),
-        ("t,A1,A2,A3,A4,A5,A6\n1,0,-90,90,0,0,0\n0,0,-90,80,0,0,0\n", "times that do not grow"),
-        ("A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n0,-90,90,0,0,0\n", "nothing moves"),
-        ("A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n0,-90,90,0,0,9999\n", "A6 outside its range by"),
-        ("X,Y,Z,A,B,C\n9000,0,0,0,0,0\n9001,0,0,0,0,0\n", "no branch follows it: out of reach by"),
-        ("X,Y,Z,A,B,C\n900,0,900,0,0,0\n900,0,900,180,0,0\n", "half a turn between rows 2 and 3"),
-    ],
-)
-def test_a_wrong_table_is_one_line(arm, tmp_path, text, message):
-    (tmp_path / "wrong.csv").write_text(text)
-    with pytest.raises(LwrDynError) as fault:
-        read_sampled_path(tmp_path / "wrong.csv", arm)
-    assert message in str(fault.value)
+WRONG = {
+    ("--motions", "LIN,FLY"): "kinds: LIN,FLY; allowed: some of LIN, CIRC, PTP, SPL, SPTP",
+    ("--motions", "LIN,SPTP"): "kinds: LIN,SPTP; allowed: SPTP alone",
+    ("--tolerance-mm", "0"): "tolerance: 0 mm; allowed: from 0.001 to 1000 mm",
+    ("--tool-data", "1,2"): "--tool-data: 1,2; allowed: six numbers",
+    ("--out", "if.src"): "name: 'if'; allowed: a name of KRL",
+    ("--out", "a.txt"): "not the name of a program; allowed: a path that ends in .src",
+}
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (("--motions", "LIN,FLY"), "kinds: LIN,FLY; allowed: some of LIN, CIRC, PTP, SPL, SPTP"),
-        (("--motions", "LIN,SPTP"), "kinds: LIN,SPTP; allowed: SPTP alone"),
-        (("--tolerance-mm", "0"), "tolerance: 0 mm; allowed: from 0.001 to 1000 mm"),
-        (("--tool-data", "1,2"), "--tool-data: 1,2; allowed: six numbers"),
-        (("--out", "if.src"), "name: 'if'; allowed: a name of KRL"),
-        (("--out", "a.txt"), "not the name of a program; allowed: a path that ends in .src"),
-    ],
-)
-def test_a_wrong_option_is_one_line(square, folder, refused, options, message):
-    assert message in refused("krl", "write", "square.csv", *options)
+def test_a_wrong_option_is_one_line(square, folder, refused):
+    for options, message in WRONG.items():
+        assert message in refused("krl", "write", "square.csv", *options)
 
 
 ONE_WAY = {

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import FileAccessError, OptionError
+from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, OptionError
 from lwr_dyn.krl.writing.path_program import WritingOptions, write_path
-from lwr_dyn.krl.writing.sampled_path import path_of_motion, read_sampled_path
+from lwr_dyn.krl.writing.sampled_path import _along, path_of_motion, read_sampled_path
 from tests.krl.short_programs import HOME, run_of
 from tests.krl.writing.test_path_program import dense, hausdorff, tool_places
 
@@ -33,13 +33,61 @@ def test_between_rows_of_axes_the_axes_move_in_proportion(arm, tmp_path):
     assert hausdorff(*places) < 1.5e-3
 
 
-def test_a_program_is_no_table(arm, tmp_path):
+WRONG = {
+    "X,Y,Z\n1,2,3\n4,5,6\n": "no column A, B, C",
+    "X,Y,Z,A,B,C\n1,2,3,0,0,0\n": "1 rows of numbers",
+    "X,Y,Z,A,B,C\n1,2,3,0,0,0\n1,2,x,0,0,0\n": "row 3 is '1,2,x,0,0,0'; allowed: 6 finite numbers",
+    "X,Y,Z,A,B,X\n1,2,3,0,0,0\n1,2,3,0,0,1\n": "a column that is there twice",
+    "t,A1,A2,A3,A4,A5,A6\n1,0,-90,90,0,0,0\n0,0,-90,80,0,0,0\n": "times that do not grow",
+    "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n0,-90,90,0,0,0\n": "nothing moves",
+    "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n0,-90,90,0,0,9999\n": "A6 outside its range by",
+    "X,Y,Z,A,B,C\n9000,0,0,0,0,0\n9001,0,0,0,0,0\n": "no branch follows it: out of reach by",
+    "X,Y,Z,A,B,C\n900,0,900,0,0,0\n900,0,900,180,0,0\n": "half a turn between rows 2 and 3",
+}
+
+
+@pytest.mark.parametrize(("text", "message"), WRONG.items())
+def test_a_wrong_table_is_one_line(arm, tmp_path, text, message):
+    (tmp_path / "wrong.csv").write_text(text)
+    with pytest.raises(LwrDynError) as fault:
+        read_sampled_path(tmp_path / "wrong.csv", arm)
+    assert message in str(fault.value)
+
+
+def test_a_program_is_no_table_and_six_axes_are_no_way_of_an_arm_with_seven(arm, tmp_path):
     (tmp_path / "a.src").write_text("DEF a( )\nWAIT SEC 1\nEND\n")
     with pytest.raises(FileAccessError, match=r"a program, no path; allowed: a \.csv"):
         read_sampled_path(tmp_path / "a.src", arm)
-
-
-def test_a_table_of_six_axes_is_refused_for_an_arm_with_seven(tmp_path):
     (tmp_path / "a.csv").write_text("A1,A2,A3,A4,A5,A6\n0,-90,90,0,30,0\n10,-90,90,0,30,0\n")
     with pytest.raises(OptionError, match="6 joints"):
         read_sampled_path(tmp_path / "a.csv", lwr_dyn.load("lwr4plus"))
+
+
+def way(*degrees):
+    """A1 at each sample; the others stand."""
+    q = np.tile(np.radians([0.0, -90.0, 90.0, 0.0, 30.0, 0.0]), (len(degrees), 1))
+    q[:, 0] = np.radians(degrees)
+    return q
+
+
+@pytest.mark.parametrize(
+    ("degrees", "excess", "first", "fault"),
+    [
+        ((0, 10), 0.25, None, (0.0, "out of reach by 250 mm")),
+        ((0, 30, 130, 140), 0.0, None, (0.25, "an axis turns by 100 deg at sample 3")),
+        ((170, -175, -160), 0.0, None, (0.5, "A1 leaves its range by 15 deg")),
+        ((170, -177), 0.0, 170, (1.0, "")),
+        ((340, 350), 0.0, -20, (1.0, "")),
+        ((-340, -350), 0.0, 20, (1.0, "")),
+    ],
+)
+def test_a_branch_is_followed_in_the_range_of_its_axes_or_it_is_said_how_far_and_why_not(
+    arm, degrees, excess, first, fault
+):
+    found, why = _along(arm, way(*degrees), excess, way(0)[0])
+    assert why == fault
+    assert (found is None) == (first is None)
+    if found is not None:
+        np.testing.assert_allclose(
+            found, way(first, first + np.rad2deg(np.unwrap(np.radians(degrees)))[1] - degrees[0])
+        )

@@ -1,57 +1,98 @@
-"""What stands where, asked for as an editor does: highlights, symbols of the folder, calls."""
+"""What stands where, asked for as an editor does: hover, uses, outline, symbols of the folder, calls."""
 
 from pathlib import Path
 
 import pytest
 
-from tests.krl.language_client import LanguageClient
-from tests.krl.small_backup import CLOSE, CONFIG, FILES, MAIN, place_of
+from lwr_dyn.krl.editor.protocol.navigation import MOST_SYMBOLS
+from tests.krl.language_client import LanguageClient, short
+from tests.krl.small_backup import CLOSE, FILES, MAIN, cursor
 
+FUNCTION, NAMESPACE, STRING, STRUCT, VARIABLE = 12, 3, 15, 23, 13
 READ, WRITE = 2, 3
+HEAD, DATA_HEAD, CALL = (0, 4, 0, 12), (1, 7, 1, 15), (12, 4, 12, 12)
 
 
-def at(text, nth=0, word="", name=MAIN):
-    line, column = place_of(name, text, nth, word)
-    return line, column - 1
+def test_hover_definition_and_references(client, backup):
+    def answer(what, **more):
+        return short(client.ask(what, backup / MAIN, *cursor("close_it ("), **more))
+
+    shown = f"```krl\nDEF close_it(g:OUT, n:IN)\n```\n\n{CLOSE}, line 1"
+    assert answer("hover") == {"contents": {"kind": "markdown", "value": shown}, "range": CALL}
+    assert answer("definition") == {"uri": "close_it.src", "range": HEAD}
+    uses = [{"uri": "close_it.src", "range": HEAD}, {"uri": "close_it.dat", "range": (0, 7, 0, 15)},
+            {"uri": "main.src", "range": CALL}]  # fmt: skip
+    assert answer("references", context={"includeDeclaration": True}) == uses
+    assert answer("references", context={"includeDeclaration": False}) == uses[1:]
+    there = client.ask("definition", backup / MAIN, *cursor("grip.state", word="state"))
+    assert short(there) == {"uri": "$config.dat", "range": (2, 21, 2, 26)}
+    for what, *place in (("hover", *cursor("FOR i")), ("definition", *cursor("$TOOL")), ("definition", 9999, 0)):
+        assert client.ask(what, backup / MAIN, *place) is None
+    for what in ("documentHighlight", "references"):
+        nothing = client.ask(what, backup / MAIN, *cursor("FOR i"), context={"includeDeclaration": True})
+        assert nothing == []
 
 
-def test_uses_within_the_file_are_marked_with_those_that_write(client, backup):
-    found = client.ask("documentHighlight", backup / MAIN, *at("shared_count = "))
-    places = [(x["range"]["start"]["line"], x["range"]["start"]["character"], x["kind"]) for x in found]
-    line = at("shared_count = ")[0]
-    assert places == [(line, 0, WRITE), (line, len("shared_count = "), READ)]
-    kinds = [x["kind"] for x in client.ask("documentHighlight", backup / MAIN, *at("$TOOL"))]
-    assert kinds == [WRITE]
+def test_uses_within_the_file_are_marked_with_those_that_write(client, backup, edited):
+    edited(FILES[MAIN].replace("GOTO again", "pick.x = i\ngrip.force = pick.x\nGOTO again"))
+
+    def marked(text, **more):
+        found = short(client.ask("documentHighlight", backup / MAIN, *cursor(text, **more)))
+        return [(x["range"], x["kind"]) for x in found]
+
+    assert marked("shared_count = ") == [((16, 0, 16, 12), WRITE), ((16, 15, 16, 27), READ)]
+    assert marked("$TOOL") == [((15, 0, 15, 5), WRITE)]
+    assert marked("LIN pick", word="pick") == [
+        ((10, 6, 10, 10), READ),
+        ((18, 0, 18, 4), WRITE),
+        ((19, 13, 19, 17), READ),
+    ]
+    assert marked("DECL GRIP_T grip", word="grip")[0] == ((3, 12, 3, 16), WRITE)
 
 
-def test_a_component_is_defined_where_its_structure_lists_it(client, backup):
-    there = client.ask("definition", backup / MAIN, *at("grip.state", word="state"))
-    line, column = place_of(CONFIG, "STATE_E state", word="state")
-    assert there["uri"].endswith("config.dat")
-    assert there["range"]["start"] == {"line": line, "character": column - 1}
+def test_outline_and_folding(client, backup):
+    def entry(name, kind, lines, head, *children):
+        return {"name": name, "kind": kind, "range": lines, "selectionRange": head, "children": list(children)}
+
+    test = entry("IF grip.state == #OPEN THEN", NAMESPACE, (11, 0, 13, 7), (11, 0, 11, 29))
+    assert short(client.of("documentSymbol", backup / MAIN)) == [
+        entry("main", FUNCTION, (1, 0, 19, 3), (1, 0, 1, 11),
+              entry("INI", STRING, (4, 0, 6, 14), (4, 0, 4, 9)),
+              entry("FOR i = 1 TO 3", NAMESPACE, (9, 0, 14, 6), (9, 0, 9, 14), test)),
+        entry("helper", FUNCTION, (21, 0, 25, 3), (21, 0, 21, 13)),
+    ]  # fmt: skip
+    folds = client.of("foldingRange", backup / MAIN)
+    found = sorted((x["startLine"], x["endLine"], x.get("kind")) for x in folds)
+    assert found == [(1, 19, None), (4, 6, "region"), (9, 14, None), (11, 13, None), (21, 25, None)]
 
 
 def test_symbols_of_the_folder_begin_with_what_is_asked_for_first(client):
-    found = client.request("workspace/symbol", {"query": "e"})
-    names = [x["name"] for x in found]
-    assert {"close_it", "helper", "GRIP_T", "SPEED", "shared_count"} - set(names) == {"GRIP_T"}
-    first = client.request("workspace/symbol", {"query": "S"})
-    assert [x["name"][0].upper() for x in first[:2]] == ["S", "S"]
-    (place,) = client.request("workspace/symbol", {"query": "helper"})
-    line, column = at("DEF helper", word="helper")
-    assert place["location"]["range"]["start"] == {"line": line, "character": column}
+    def symbols(query):
+        return short(client.request("workspace/symbol", {"query": query}))
+
+    assert [x["name"] for x in symbols("s")] == ["shared_count", "SPEED", "SPEED", "STATE_E", "close_it"]
+    assert symbols("helper") == [
+        {"location": {"uri": "main.src", "range": (21, 4, 21, 10)}, "name": "helper", "kind": FUNCTION,
+         "containerName": MAIN},
+    ]  # fmt: skip
+    kinds = {x["name"]: x["kind"] for x in symbols("")}
+    assert {"GRIP_T": STRUCT, "pick": VARIABLE, "close_it": FUNCTION}.items() <= kinds.items()
 
 
 def test_who_calls_a_routine_and_whom_it_calls(client, backup):
-    (item,) = client.ask("prepareCallHierarchy", backup / MAIN, *at("close_it ("))
-    assert (item["name"], item["uri"]) == ("close_it", (backup / CLOSE).as_uri())
-    (caller,) = client.request("callHierarchy/incomingCalls", {"item": item})
-    assert caller["from"]["name"] == "main"
-    line, column = at("close_it (")
-    assert caller["fromRanges"][0]["start"] == {"line": line, "character": column}
+    def item(name, path, lines, head):
+        return {"name": name, "kind": FUNCTION, "uri": path.split("/")[-1], "range": lines, "selectionRange": head,
+                "detail": path}  # fmt: skip
+
+    close, main = item("close_it", CLOSE, (0, 0, 6, 3), HEAD), item("main", MAIN, (1, 0, 19, 3), (1, 4, 1, 8))
+    (found,) = client.ask("prepareCallHierarchy", backup / MAIN, *cursor("close_it ("))
+    assert short(found) == close
+    (caller,) = client.request("callHierarchy/incomingCalls", {"item": found})
+    assert short(caller) == {"from": main, "fromRanges": [CALL]}
     called = client.request("callHierarchy/outgoingCalls", {"item": caller["from"]})
-    assert [x["to"]["name"] for x in called] == ["close_it", "helper"]
-    assert client.ask("prepareCallHierarchy", backup / MAIN, *at("$TOOL")) is None
+    helper = item("helper", MAIN, (21, 0, 25, 3), (21, 4, 21, 10))
+    assert short(called) == [{"to": close, "fromRanges": [CALL]}, {"to": helper, "fromRanges": [(17, 0, 17, 6)]}]
+    assert client.ask("prepareCallHierarchy", backup / MAIN, *cursor("$TOOL")) is None
 
 
 @pytest.mark.slow
@@ -74,12 +115,15 @@ def ticks(process):
 
 
 @pytest.mark.slow
-def test_two_backups_as_two_roots_are_two_projects(backup, tmp_path):
-    (tmp_path / "a.src").write_text("DEF a( )\nSPEED = 1\nEND\n")
+def test_two_backups_as_two_roots_are_two_projects_and_no_answer_has_too_many_symbols(backup, tmp_path):
+    text = "DEF a( )\nSPEED = 1\nEND\n"
+    (tmp_path / "a.src").write_text(text)
+    (tmp_path / "many.dat").write_text(f"DEFDAT many\nINT {','.join(f'n{i}' for i in range(MOST_SYMBOLS))}\nENDDAT\n")
     with LanguageClient(backup) as client:
         added = {"uri": tmp_path.as_uri(), "name": "other"}
         client.notify("workspace/didChangeWorkspaceFolders", {"event": {"added": [added], "removed": []}})
-        client.open(tmp_path / "a.src", "DEF a( )\nSPEED = 1\nEND\n")
+        client.open(tmp_path / "a.src", text)
         assert [d["code"] for d in client.diagnostics(tmp_path / "a.src")[1]] == ["undeclared"]
-        names = {x["name"] for x in client.request("workspace/symbol", {"query": ""})}
-        assert {"a", "helper"} <= names
+        assert len(client.request("workspace/symbol", {"query": ""})) == MOST_SYMBOLS
+        names = {x["name"] for x in client.request("workspace/symbol", {"query": "a"})}
+        assert {"a", "main"} <= names

@@ -1,112 +1,80 @@
-"""`lwr-dyn lsp` with a scripted editor: diagnoses as texts change, answers, places in all encodings."""
+"""`lwr-dyn lsp` with a scripted editor: diagnoses as texts change, files that come and go, places in all encodings."""
 
 import pytest
 
-from tests.krl.language_client import LanguageClient
-from tests.krl.small_backup import CLOSE, FILES, MAIN, place_of, write_backup
+from tests.krl.language_client import LanguageClient, short, span
+from tests.krl.small_backup import CLOSE, FILES, MAIN, write_backup
+
+CLOSE_DATA = CLOSE.replace(".src", ".dat")
 
 
-def at(text, nth=0, word="", name=MAIN):
-    line, column = place_of(name, text, nth, word)
-    return line, column - 1
+def codes(client, path):
+    return [d["code"] for d in client.diagnostics(path)[1]]
 
 
-@pytest.mark.slow
-def test_a_fault_is_said_at_its_word_and_gone_when_it_is_mended(client, backup):
-    main = backup / MAIN
-    client.change(main, FILES[MAIN].replace("LIN pick", "LIN pik"))
-    (found,) = client.diagnostics(main)[1]
-    line, column = at("LIN pick", word="pick")
-    assert found["range"] == {
-        "start": {"line": line, "character": column},
-        "end": {"line": line, "character": column + 3},
-    }
-    assert (found["severity"], found["code"], found["source"]) == (1, "undeclared", "lwr-dyn")
-    assert found["message"] == "pik is not declared (did you mean pick?)"
-    client.change(main, FILES[MAIN])
-    assert client.diagnostics(main)[1] == []
+def test_what_the_server_offers(client):
+    offered = client.capabilities
+    # whole texts, see `language_server`
+    assert offered["textDocumentSync"] == {"openClose": True, "change": 1, "save": True}
+    assert offered["completionProvider"] == {"triggerCharacters": [".", "#", "$", "{"]}
+    assert offered["signatureHelpProvider"] == {"triggerCharacters": ["(", ","]}
+    assert offered["codeActionProvider"] == {"codeActionKinds": ["quickfix"]}
+    names = "hover definition references documentHighlight documentSymbol documentFormatting documentRangeFormatting"
+    assert all(offered[f"{x}Provider"] is True for x in (*names.split(), "rename", "foldingRange", "callHierarchy"))
 
 
-def test_of_changes_that_follow_each_other_the_last_counts(client, backup):
+def test_of_changes_that_follow_each_other_the_last_counts_and_a_fault_goes_when_it_is_mended(client, backup):
     main = backup / MAIN
     for i in range(5):
-        client.change(main, FILES[MAIN].replace("LIN pick", f"LIN pick{i}"))
+        client.change(main, FILES[MAIN].replace("LIN pick", f"LIN pik{i}"))
     (found,) = client.diagnostics(main)[1]
-    assert found["message"].startswith("pick4 ")
+    assert short(found) == {
+        "range": (10, 6, 10, 10), "severity": 1, "code": "undeclared", "source": "lwr-dyn",
+        "message": "pik4 is not declared (did you mean pick?)",
+    }  # fmt: skip
     client.change(main, FILES[MAIN])
-    assert client.diagnostics(main)[1] == []
+    assert codes(client, main) == []
 
 
 def test_another_open_file_is_checked_again(client, backup):
-    data = backup / CLOSE.replace(".src", ".dat")
-    text = FILES[CLOSE.replace(".src", ".dat")]
-    client.open(data, text)
-    assert client.diagnostics(data)[1] == []
-    assert client.diagnostics(backup / MAIN)[1] == []
-    client.change(data, text.replace("GLOBAL ", ""))
-    assert {d["code"] for d in client.diagnostics(backup / MAIN)[1]} == {"undeclared"}
-    client.notify("textDocument/didClose", {"textDocument": {"uri": data.as_uri()}})
-    client.change(backup / MAIN, FILES[MAIN] + "\n")
-    assert client.diagnostics(backup / MAIN)[1] == []
-
-
-def test_hover_definition_and_references(client, backup):
-    place = at("close_it (")
-    shown = client.ask("hover", backup / MAIN, *place)
-    assert "DEF close_it(g:OUT, n:IN)" in shown["contents"]["value"]
-    assert shown["range"]["end"]["character"] - shown["range"]["start"]["character"] == len("close_it")
-    there = client.ask("definition", backup / MAIN, *place)
-    assert there["uri"] == (backup / CLOSE).as_uri()
-    assert there["range"]["start"] == {"line": 0, "character": 4}
-    for declared, count in ((True, 3), (False, 2)):
-        uses = client.ask("references", backup / MAIN, *place, context={"includeDeclaration": declared})
-        assert len(uses) == count
-    assert client.ask("hover", backup / MAIN, *at("FOR i")) is None
-    assert client.ask("definition", backup / MAIN, 9999, 0) is None
-
-
-def test_outline_and_folding(client, backup):
-    document = {"textDocument": {"uri": (backup / MAIN).as_uri()}}
-    names = [x["name"] for x in client.request("textDocument/documentSymbol", document)]
-    assert names == ["main", "helper"]
-    folds = client.request("textDocument/foldingRange", document)
-    assert {(x["startLine"], x["endLine"]) for x in folds} >= {(9, 14), (4, 6)}
+    main, data = backup / MAIN, backup / CLOSE_DATA
+    client.open(data, FILES[CLOSE_DATA])
+    assert (codes(client, data), codes(client, main)) == ([], [])
+    client.change(data, FILES[CLOSE_DATA].replace("GLOBAL ", ""))
+    assert set(codes(client, main)) == {"undeclared"}
+    client.close(data)
+    client.change(main, FILES[MAIN] + "\n")
+    assert codes(client, main) == []
 
 
 @pytest.mark.slow
 def test_a_text_may_be_anything_while_it_is_written(client, backup):
-    main = backup / MAIN
+    main, options = backup / MAIN, {"tabSize": 2, "insertSpaces": True}
     for text in ("", "\n", "DEF", "DEF a(\n;FOLD\nIF\n{{{[", "\x00\x0c\u2028", "x" * 20_000, "END\n" * 300):
         client.change(main, text)
         found = client.diagnostics(main)[1]
         assert all(d["range"]["start"]["line"] <= text.count("\n") + 1 for d in found)
         for what in ("hover", "definition", "completion", "signatureHelp", "documentHighlight", "prepareCallHierarchy"):
             client.ask(what, main, 0, 3)
-        document = {"textDocument": {"uri": main.as_uri()}}
-        part = {"start": {"line": 0, "character": 0}, "end": {"line": 9, "character": 0}}
         for what in ("documentSymbol", "foldingRange", "semanticTokens/full", "formatting"):
-            client.request(f"textDocument/{what}", {**document, "options": {"tabSize": 2, "insertSpaces": True}})
+            client.of(what, main, options=options)
         for what in ("inlayHint", "codeAction", "semanticTokens/range"):
-            client.request(f"textDocument/{what}", {**document, "range": part, "context": {"diagnostics": []}})
+            client.of(what, main, range=span((0, 0), (9, 0)), context={"diagnostics": []})
     client.change(main, FILES[MAIN])
-    assert client.diagnostics(main)[1] == []
+    assert codes(client, main) == []
 
 
 @pytest.mark.slow
-def test_places_count_as_the_editor_counts_and_a_form_feed_ends_no_line(tmp_path):
+@pytest.mark.parametrize(("encoding", "robot"), [("utf-8", 4), ("utf-16", 2), ("utf-32", 1)])
+def test_places_count_as_the_editor_counts_and_a_form_feed_ends_no_line(tmp_path, encoding, robot):
     names, path = tmp_path / "own.toml", tmp_path / "a.src"
     names.write_text('[[group]]\ntitle = "glue"\npackage = "Own"\nfunctions = ["GLUE_ON(INT gun)"]\n')
-    with LanguageClient(None, ["utf-8"], ["--names", str(names)]) as client:
-        assert client.capabilities["positionEncoding"] == "utf-8"
-        assert client.capabilities["textDocumentSync"]["change"] == 1  # whole texts, see `language_server`
+    with LanguageClient(None, [encoding], ["--names", str(names)]) as client:
+        assert client.capabilities["positionEncoding"] == encoding
         client.open(path, 'DEF a( )\nDECL CHAR t[9]\n;\x0c\nt[] = "\U0001f916" + nix\nGLUE_ON(3)\nGLUE_OFF(3)\nEND\n')
-        found = {d["code"]: d["range"] for d in client.diagnostics(path)[1]}
-        first = 7 + 4 + 1 + 3
-        assert found["undeclared"] == {
-            "start": {"line": 3, "character": first},
-            "end": {"line": 3, "character": first + 3},
-        }
-        assert found["unknown-call"]["start"]["line"] == 5
+        found = {d["code"]: short(d["range"]) for d in client.diagnostics(path)[1]}
+        first = 7 + robot + 1 + 3
+        assert (found["undeclared"], found["unknown-call"]) == ((3, first, 3, first + 3), (5, 0, 5, 8))
         assert "Own: glue" in client.ask("hover", path, 4, 2)["contents"]["value"]
 
 
@@ -116,13 +84,15 @@ def test_files_that_change_on_disk_are_read_again(tmp_path):
     wishes = {"workspace": {"didChangeWatchedFiles": {"dynamicRegistration": True}}}
     with LanguageClient(backup, **wishes) as client:
         asked = client.until(lambda m: m.get("method") == "client/registerCapability")[1]
+        (wish,) = asked["params"]["registrations"]
+        assert wish["registerOptions"]["watchers"] == [{"globPattern": "**/*.{src,dat,sub,SRC,DAT,SUB}"}]
         client.send({"id": asked["id"], "result": None})
         client.open(backup / MAIN, FILES[MAIN])
-        assert client.diagnostics(backup / MAIN)[1] == []
+        assert codes(client, backup / MAIN) == []
         (backup / CLOSE).unlink()
         change = {"uri": (backup / CLOSE).as_uri(), "type": 3}
         client.notify("workspace/didChangeWatchedFiles", {"changes": [change]})
-        assert [d["code"] for d in client.diagnostics(backup / MAIN)[1]] == ["unknown-call"]
+        assert codes(client, backup / MAIN) == ["unknown-call"]
 
 
 @pytest.mark.slow
@@ -134,30 +104,30 @@ def test_it_ends_when_the_editor_goes_away(tmp_path):
 
 
 def test_a_file_that_is_not_open_or_not_there_is_answered(client, backup):
+    shut = (backup / MAIN).parent / "shut.src"
     place = {"position": {"line": 0, "character": 5}, "context": {"includeDeclaration": True}}
+
+    def on_disk(kind):
+        client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": shut.as_uri(), "type": kind}]})
+
     for uri in ((backup / "gone.src").as_uri(), "untitled:Untitled-1"):
-        asked = {"textDocument": {"uri": uri}, **place}
-        assert client.request("textDocument/hover", asked) is None
-        assert client.request("textDocument/references", asked) == []
-        assert client.request("textDocument/documentSymbol", asked) == []
-        assert client.request("textDocument/foldingRange", asked) == []
-    folder = (backup / MAIN).parent
-    (folder / "shut.src").write_bytes(b"DEF shut( ) ; gro\xdf\nEND\n")
-    shut = {"textDocument": {"uri": (folder / "shut.src").as_uri()}}
-    client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": shut["textDocument"]["uri"], "type": 1}]})
-    assert "shut" in client.request("textDocument/hover", {**shut, **place})["contents"]["value"]
-    (folder / "shut.src").unlink()
-    client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": shut["textDocument"]["uri"], "type": 3}]})
-    assert client.request("textDocument/hover", {**shut, **place}) is None
+        for what, nothing in (("hover", None), ("references", []), ("documentSymbol", []), ("foldingRange", [])):
+            assert client.request(f"textDocument/{what}", {"textDocument": {"uri": uri}, **place}) == nothing
+    shut.write_bytes(b"DEF shut( ) ; gro\xdf\nEND\n")
+    on_disk(1)
+    assert "shut" in client.of("hover", shut, **place)["contents"]["value"]
+    shut.unlink()
+    on_disk(3)
+    assert client.of("hover", shut, **place) is None
 
 
 def test_a_file_of_another_language_is_left_alone(client, backup):
     other, scratch = backup / "world.xml", backup / "scratch"
     client.open(other, "<world>", "xml")
     client.open(scratch, "DEF a( )\nnix = 1\nEND\n")
-    assert [d["code"] for d in client.diagnostics(scratch)[1]] == ["undeclared"]
+    assert codes(client, scratch) == ["undeclared"]
     client.change(other, "<world/>")
-    for path in (other, scratch):
-        client.notify("textDocument/didClose", {"textDocument": {"uri": path.as_uri()}})
-    assert client.diagnostics(scratch)[1] == []
+    client.close(other)
+    client.close(scratch)
+    assert codes(client, scratch) == []
     assert not [m for _, m in client.other if m.get("params", {}).get("uri") == other.as_uri()]

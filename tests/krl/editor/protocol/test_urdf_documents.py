@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.krl.language_client import short
 from tests.optional import need
 
 URDF = """<robot name="r">
@@ -22,31 +23,27 @@ URDF = """<robot name="r">
 """
 
 
-def codes(found):
-    return [x["code"] for x in found if x["severity"] < 3]
+def codes(client, path):
+    return [x["code"] for x in client.diagnostics(path)[1] if x["severity"] < 3]
 
 
 def test_a_urdf_is_judged_as_it_is_written_and_its_fix_ends_the_finding(client, tmp_path):
     path = tmp_path / "a.urdf"
     client.open(path, URDF, "xml")
-    assert codes(client.diagnostics(path)[1]) == []
-    wrong = URDF.replace('<child link="b"/>', '<child\n      link="bb"/>').replace('name="b"', 'name="bx"')
-    wrong = wrong.replace("bb", "by")
+    assert codes(client, path) == []
+    wrong = URDF.replace('name="b"', 'name="bx"').replace('<child link="b"/>', '<child\n      link="by"/>')
     client.change(path, wrong)
     found = next(x for x in client.diagnostics(path)[1] if x["code"] == "link-unknown")
-    start = {"line": 10, "character": 4}
-    assert found["range"] == {"start": start, "end": {"line": 11, "character": 17}}
-    document = {"textDocument": {"uri": path.as_uri()}, "range": found["range"], "context": {"diagnostics": [found]}}
-    (action,) = client.request("textDocument/codeAction", document)
-    assert action["title"] == 'Write <child link="bx"/>'
-    assert action["diagnostics"] == [found]
+    assert (short(found["range"]), found["severity"], found["source"]) == ((10, 4, 11, 17), 1, "lwr-dyn")
+    (action,) = client.of("codeAction", path, range=found["range"], context={"diagnostics": [found]})
+    assert (action["title"], action["diagnostics"]) == ('Write <child link="bx"/>', [found])
     (edit,) = action["edit"]["changes"][path.as_uri()]
     assert (edit["range"], edit["newText"]) == (found["range"], '<child link="bx"/>')
     client.change(path, wrong.replace('<child\n      link="by"/>', edit["newText"]))
-    assert "link-unknown" not in codes(client.diagnostics(path)[1])
-    client.notify("textDocument/didClose", {"textDocument": {"uri": path.as_uri()}})
+    assert "link-unknown" not in codes(client, path)
+    client.close(path)
     assert client.diagnostics(path)[1] == []
-    assert client.request("textDocument/hover", {**document, "position": start}) is None
+    assert client.ask("hover", path, 10, 4) is None
 
 
 @pytest.mark.slow
@@ -64,7 +61,7 @@ def test_a_xacro_is_judged_where_its_macros_stand_and_runs_no_code(client, tmp_p
     path.write_text(evil)
     client.change(path, evil)
     client.save(path)
-    assert codes(client.diagnostics(path)[1]) == ["xacro-refused"]
+    assert codes(client, path) == ["xacro-refused"]
     assert client.diagnostics(part)[1] == []
 
 
@@ -72,4 +69,4 @@ def test_a_file_that_cannot_be_read_says_so(client, tmp_path):
     path = tmp_path / "gone.xacro"
     client.open(path, "<robot/>", "xml")
     (found,) = client.diagnostics(path)[1]
-    assert (found["code"], found["severity"]) == ("not-judged", 2)
+    assert (found["code"], found["severity"], short(found["range"])) == ("not-judged", 2, (0, 0, 0, 8))
