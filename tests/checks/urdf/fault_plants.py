@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tests.checks.urdf import frame_faults, inertial_faults, joint_faults, text_faults
+from tests.checks.urdf import inertial_faults, joint_faults
 from tests.checks.urdf.plant_site import sites
 
 KINDS_FILE = Path(__file__).parent / "faults.toml"
@@ -34,16 +34,13 @@ class FaultKind:
     def function(self) -> Edit:
         """Its edit."""
         module, _, name = self.edit.partition(":")
-        function: Edit = getattr(_MODULES[module], name)
+        function: Edit = getattr({"inertial": inertial_faults, "joint": joint_faults}[module], name)
         return function
 
     @property
     def needs_inertial(self) -> bool:
         """Whether its edit is of an `<inertial>`, which must then be usable."""
-        return self.edit.startswith(("frame:", "inertial:"))
-
-
-_MODULES = {"frame": frame_faults, "inertial": inertial_faults, "joint": joint_faults, "text": text_faults}
+        return self.edit.startswith("inertial:")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,16 +73,12 @@ def fault_kinds() -> tuple[FaultKind, ...]:
     )  # fmt: skip
 
 
-def _every(link: str, kind: str) -> bool:
-    return True
-
-
 def plants(
     text: str,
     path: Path,
     kinds: tuple[FaultKind, ...],
     skip: frozenset[str] = frozenset(),
-    wanted: Callable[[str, str], bool] = _every,
+    wanted: Callable[[str, str], bool] = lambda link, kind: True,
 ) -> Iterator[FaultPlant]:
     """Every fault at every moving link of a URDF that has shapes, but links in `skip`."""
     for where in sites(text, path):

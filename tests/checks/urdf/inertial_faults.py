@@ -1,4 +1,4 @@
-"""Faults in the mass and the tensor of a usable `<inertial>`; an edit returns the size, None where nothing changes."""
+"""Faults in a usable `<inertial>`; an edit returns the size, None where nothing changes."""
 
 import math
 import xml.etree.ElementTree as ET
@@ -8,10 +8,17 @@ import numpy as np
 from tests.checks.urdf.plant_site import (
     DIAGONAL,
     PlantSite,
+    angles_of,
+    cells_of,
     centre_of,
+    matrix_of,
+    moved,
     number,
+    rotation,
     tensor_cells,
+    turned_in_degrees,
     usable_inertial,
+    write_origin,
     write_tensor,
 )
 
@@ -27,10 +34,10 @@ def tensor_times(site: PlantSite, factor: float) -> float | None:
 
 
 def mass_times(site: PlantSite, factor: float) -> float | None:
-    """The mass in another unit; size: the factor."""
+    """The mass in another unit, or 0; size: the factor."""
     mass = site.inertial.find("mass")
     mass.set("value", number(float(mass.get("value")) * factor))
-    return factor
+    return factor or 1.0
 
 
 def diagonals_exchanged(site: PlantSite, first: str, second: str) -> float | None:
@@ -55,60 +62,35 @@ def row_order(site: PlantSite) -> float | None:
     return 1.0
 
 
-def products_permuted(site: PlantSite) -> float | None:
-    """ixy, ixz, iyz in the order ixz, iyz, ixy; size: the largest product over the middle diagonal."""
-    return _products(site, lambda xy, xz, yz: (xz, yz, xy))
-
-
-def product_signs(site: PlantSite) -> float | None:
-    """Positive integrals in place of the tensor's products; size: the largest product over the middle diagonal."""
-    return _products(site, lambda xy, xz, yz: (-xy, -xz, -yz))
-
-
-def _products(site: PlantSite, change) -> float | None:
-    inertial = site.inertial
-    cells = tensor_cells(inertial)
-    middle = np.sort(cells[[0, 3, 5]])[1]
-    before = cells[[1, 2, 4]]
-    cells[[1, 2, 4]] = after = np.array(change(*before))
-    write_tensor(inertial, cells)
+def products(site: PlantSite, permuted: bool) -> float | None:
+    """ixz, iyz, ixy for ixy, ixz, iyz, or positive integrals; size: the largest product over the middle diagonal."""
+    cells = tensor_cells(site.inertial)
+    middle, before = np.sort(cells[[0, 3, 5]])[1], cells[[1, 2, 4]]
+    cells[[1, 2, 4]] = after = before[[1, 2, 0]] if permuted else -before
+    write_tensor(site.inertial, cells)
     size = float(np.abs(before).max() / middle) if middle > 0.0 else 0.0
     return size if np.abs(after - before).max() > LEAST_PRODUCT * middle else None
 
 
-def triangle(site: PlantSite) -> float | None:
-    """The largest diagonal half as large again as the other two together; size: 1.5."""
+def impossible(site: PlantSite, how: str) -> float | None:
+    """The largest diagonal 1.5 times the others together; ixy 1.2 times what its diagonals bear; iyy negative."""
     inertia = site.inertial.find("inertia")
-    largest = max(DIAGONAL, key=lambda name: float(inertia.get(name)))
-    rest = sum(float(inertia.get(name)) for name in DIAGONAL if name != largest)
-    inertia.set(largest, number(1.5 * rest))
-    return 1.5
-
-
-def not_definite(site: PlantSite) -> float | None:
-    """ixy above the geometric mean of ixx and iyy; size: the ratio."""
-    inertia = site.inertial.find("inertia")
-    inertia.set("ixy", number(1.2 * math.sqrt(abs(float(inertia.get("ixx")) * float(inertia.get("iyy"))))))
-    return 1.2
-
-
-def negative(site: PlantSite) -> float | None:
-    """iyy negative."""
-    inertia = site.inertial.find("inertia")
-    inertia.set("iyy", number(-abs(float(inertia.get("iyy")))))
-    return 1.0
+    moments = {name: float(inertia.get(name)) for name in DIAGONAL}
+    largest = max(DIAGONAL, key=lambda name: moments[name])
+    name, value, size = {
+        "triangle": (largest, 1.5 * sum(x for key, x in moments.items() if key != largest), 1.5),
+        "not definite": ("ixy", 1.2 * math.sqrt(abs(moments["ixx"] * moments["iyy"])), 1.2),
+        "negative": ("iyy", -abs(moments["iyy"]), 1.0),
+    }[how]
+    inertia.set(name, number(value))
+    return size
 
 
 def placeholder(site: PlantSite, mass: float, moment: float) -> float | None:
-    """A mass and a diagonal tensor that somebody typed to make a program run."""
-    site.inertial.find("mass").set("value", number(mass))
-    write_tensor(site.inertial, np.array([moment, 0, 0, moment, 0, moment]))
-    return 1.0
-
-
-def massless(site: PlantSite) -> float | None:
-    """Mass 0, the tensor kept."""
-    site.inertial.find("mass").set("value", "0")
+    """A mass and a diagonal tensor that somebody, or a program, wrote who has none."""
+    inertial = site.inertial
+    inertial.find("mass").set("value", number(mass))
+    write_tensor(inertial, np.array([moment, 0, 0, moment, 0, moment]))
     return 1.0
 
 
@@ -136,3 +118,50 @@ def _children(site: PlantSite) -> list[ET.Element]:
     name = site.link.get("name")
     names = [j.find("child").get("link") for j in site.robot.findall("joint") if j.find("parent").get("link") == name]
     return [x for x in site.robot.findall("link") if x.get("name") in names]
+
+
+def centre(site: PlantSite, change: str, factor: float = 1.0) -> float | None:
+    """The centre as `moved` has it, or in the frame of the parent link; size: its shift in diameters."""
+    return moved(site, site.inertial, change, factor)
+
+
+def angles_in_degrees(site: PlantSite) -> float | None:
+    """rpy of the tensor in degrees; size: the largest angle [rad]."""
+    return turned_in_degrees(site.inertial)
+
+
+def angles_sign(site: PlantSite) -> float | None:
+    """rpy of the tensor turned the other way; size: the largest angle [rad], where half a turn is none."""
+    angles = angles_of(site.inertial)
+    write_origin(site.inertial, rpy=-angles)
+    largest = float(np.where(np.abs(angles) > math.pi - 1e-3, 0.0, np.abs(angles)).max())
+    return largest if largest > 1e-3 else None
+
+
+def quarter_roll(site: PlantSite) -> float | None:
+    """90 degrees more about x; size: the ratio of iyy and izz, which it exchanges."""
+    cells = tensor_cells(site.inertial)
+    write_origin(site.inertial, rpy=np.add(angles_of(site.inertial), [math.pi / 2, 0.0, 0.0]))
+    return ratio_of(cells[3], cells[5])
+
+
+def mirrored(site: PlantSite) -> float | None:
+    """The inertial of the other arm of a pair, y to -y; size: the shift of the centre in diameters."""
+    inertial = site.inertial
+    cells, com, angles = tensor_cells(inertial), centre_of(inertial), angles_of(inertial)
+    write_tensor(inertial, cells * [1, -1, 1, 1, -1, 1])
+    write_origin(inertial, xyz=com * [1, -1, 1], rpy=angles * [-1, 1, -1])
+    shift = 2.0 * abs(com[1]) / site.diameter
+    seen = np.abs(cells[[1, 4]]).max() > LEAST_PRODUCT * np.sort(cells[[0, 3, 5]])[1]
+    return float(shift) if shift > 1e-3 or seen else None
+
+
+def about_joint(site: PlantSite) -> float | None:
+    """The tensor about the joint's frame; size: m c^2 over the largest diagonal."""
+    inertial = site.inertial
+    c, cells = centre_of(inertial), tensor_cells(inertial)
+    mass, turn = float(inertial.find("mass").get("value")), rotation(angles_of(inertial))
+    added = mass * (c @ c * np.eye(3) - np.outer(c, c))
+    write_tensor(inertial, cells + cells_of(turn.T @ added @ turn))
+    size = float(mass * (c @ c) / np.linalg.eigvalsh(matrix_of(cells)).max())
+    return size if size > LEAST_PRODUCT else None
