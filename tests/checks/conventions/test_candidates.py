@@ -38,10 +38,9 @@ def test_a_candidate_as_values():
 
 
 def test_exceptions_and_their_price():
-    assert [exceptions_of(ODD, rule) for rule in ("integral", "tensor")] == [2, 3]
-    assert [exceptions_of(PLAIN, rule) for rule in ("integral", "tensor")] == [1, 0]
-    assert exceptions_of(LinkChoice(axes="zxy"), "tensor") == 1
-    assert BEST.price == 6.5
+    choices = (ODD, PLAIN, LinkChoice(axes="zxy"))
+    counts = [[exceptions_of(x, rule) for rule in ("integral", "tensor")] for x in choices]
+    assert (counts, BEST.price) == ([[2, 3], [1, 0], [2, 1]], 6.5)
     assert [replace(BEST, log_inertia_volume=x).volume_level for x in (3.1, 3.4, -float("inf"))] == [
         6, 7, round(2 * NO_BODY),
     ]  # fmt: skip
