@@ -100,7 +100,7 @@ def test_evidence_made_in_code_is_checked_against_the_table():
     for given, error, says in (
         (Evidence((replace(posed, joint=7),)), UnknownNameError, "no joint of lwr4plus named '8'; known: joint_1"),
         (Evidence(alike=((0, 7),)), UnknownNameError, "no joint of lwr4plus named '8'"),
-        (Evidence((replace(posed, q=np.zeros(6)),)), ShapeError, ""), (Evidence(places=places), ShapeError, ""),
+        (Evidence((replace(posed, q=np.zeros(6)),)), ShapeError, "6"), (Evidence(places=places), ShapeError, "6"),
     ):  # fmt: skip
         with pytest.raises(error, match=says):
             given.check(table)

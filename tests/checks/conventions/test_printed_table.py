@@ -15,7 +15,7 @@ from lwr_dyn.checks.conventions.hypotheses import (
 from lwr_dyn.checks.conventions.printed_table import LinkChoice, LinkOptions, link_options
 from lwr_dyn.model.chain import Body, Convention, JointKind, is_physical
 from lwr_dyn.model.spatial import Pose, from_rpy
-from tests.checks.conventions.identifiable import open_choices
+from tests.checks.conventions.recovery import open_choices
 from tests.checks.conventions.scrambled_tables import same_bodies, scrambled_table
 
 
