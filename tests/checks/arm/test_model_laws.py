@@ -7,14 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.checks.arm import run_checks
-from lwr_dyn.checks.arm.model_laws import (
-    gravity_identity,
-    mass_matrix_identities,
-    random_states,
-    swing_verdict,
-    velocity_identities,
-)
+from lwr_dyn.checks.arm import model_laws, run_checks
 from lwr_dyn.checks.arm.run_checks import tabulated_frames
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 
@@ -49,7 +42,7 @@ def arm():
 
 @pytest.fixture(scope="module")
 def states(arm):
-    return random_states(arm, 20, seed=4)
+    return model_laws.random_states(arm, 20, seed=4)
 
 
 def failing(verdicts):
@@ -75,18 +68,21 @@ CHANGED = {
 def test_each_law_sees_a_relative_fault_of_a_millionth(arm, states, name):
     change, laws = CHANGED[name]
     wrong, ungated = Faulty(arm.chain, **{name: change}), newton_euler_dynamics(arm.chain).ungated
-    verdicts = [*velocity_identities(wrong, ungated, states), gravity_identity(wrong, ungated, states)]
-    verdicts += mass_matrix_identities(wrong, states) if name in ("mass_matrix",) else []
+    verdicts = [
+        *model_laws.velocity_identities(wrong, ungated, states),
+        model_laws.gravity_identity(wrong, ungated, states),
+    ]
+    verdicts += model_laws.mass_matrix_identities(wrong, states) if name in ("mass_matrix",) else []
     assert set(failing(verdicts)) == laws
     negative = Faulty(arm.chain, mass_matrix=lambda B: B - 0.01 * np.eye(7))
-    assert "mass matrix: smallest eigenvalue" in failing(mass_matrix_identities(negative, states))
+    assert "mass matrix: smallest eigenvalue" in failing(model_laws.mass_matrix_identities(negative, states))
 
 
 @pytest.mark.slow
 def test_energy_drift_sees_a_brake(arm):
     brake = Faulty(arm.chain, forward_dynamics=lambda ddq: ddq * (1 - 1e-3))
     q, dq = np.full(7, 0.3), np.full(7, 0.2)
-    braked, free = (swing_verdict(x, q, dq, seconds=0.2) for x in (brake, newton_euler_dynamics(arm.chain)))
+    braked, free = (model_laws.swing_verdict(x, q, dq, seconds=0.2) for x in (brake, newton_euler_dynamics(arm.chain)))
     assert braked.value > 1e-6 > free.value
 
 

@@ -13,26 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lwr_dyn.checks.conventions import printed_table
 from lwr_dyn.checks.conventions.evidence import DerivedNumber
 from lwr_dyn.checks.conventions.hypotheses import frame_vectors, other_ends, shifted, with_rows_moved
-from lwr_dyn.checks.conventions.printed_table import (
-    CHOICES,
-    TENSOR,
-    LinkChoice,
-    PrintedTable,
-    TableChoice,
-    link_options,
-)
 from lwr_dyn.checks.conventions.ranking import RankedReadings, rank_readings
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.model.chain import Body, Convention, is_physical, link_frames, with_bodies
-from tests.checks.conventions.scrambled_tables import (
-    ScrambledTable,
-    rounding_of_tensor,
-    same_arm,
-    same_bodies,
-    scrambled_table,
-)
+from tests.checks.conventions import scrambled_tables
 
 OUTCOMES = ("recovered", "same arm", "named", "lost")
 """The same inertial parameters to the printed digits (and DH convention); others, but no motion of the arm differs;
@@ -71,9 +58,9 @@ class Recovery:
         )
 
 
-def numbered_table(number: int, seed: int) -> ScrambledTable:
+def numbered_table(number: int, seed: int) -> scrambled_tables.ScrambledTable:
     """Table `number` of a series."""
-    return scrambled_table(np.random.default_rng([seed, number]))
+    return scrambled_tables.scrambled_table(np.random.default_rng([seed, number]))
 
 
 def recovery(count: int, seed: int = 7) -> Recovery:
@@ -92,13 +79,13 @@ def recovery(count: int, seed: int = 7) -> Recovery:
     return Recovery(dict(decided), dict(undecidable), tuple(missed))
 
 
-def outcome(one: ScrambledTable, found: RankedReadings) -> str:
+def outcome(one: scrambled_tables.ScrambledTable, found: RankedReadings) -> str:
     """One of `OUTCOMES`."""
     best, truth = found.best, one.truth
     if best is None:
         return "lost"
     convention = best.reading.table.convention
-    if convention is truth.table.convention and same_bodies(one.table, best.bodies, one.bodies):
+    if convention is truth.table.convention and scrambled_tables.same_bodies(one.table, best.bodies, one.bodies):
         return "recovered"
     left = any(
         c.reading.table == truth.table
@@ -107,14 +94,14 @@ def outcome(one: ScrambledTable, found: RankedReadings) -> str:
     )
     if not left:
         return "lost"
-    return "same arm" if same_arm(one, best.bodies, convention) else "named"
+    return "same arm" if scrambled_tables.same_arm(one, best.bodies, convention) else "named"
 
 
 ROOM = 2.0
 """Half digits within which a number counts as the printed one: the table's rounding adds to the number's own."""
 
 
-def open_choices(scrambled: ScrambledTable) -> tuple[str, ...]:
+def open_choices(scrambled: scrambled_tables.ScrambledTable) -> tuple[str, ...]:
     """Names of the choices that the evidence leaves open; none when only the truth is left."""
     table = with_rows_moved(scrambled.table, scrambled.truth.shift)
     truth = scrambled.truth
@@ -132,25 +119,33 @@ def open_choices(scrambled: ScrambledTable) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _other_tables(choice: TableChoice) -> Iterator[tuple[str, TableChoice]]:
+def _other_tables(choice: printed_table.TableChoice) -> Iterator[tuple[str, printed_table.TableChoice]]:
     other = next(c for c in Convention if c is not choice.convention)
     yield "convention", replace(choice, convention=other)
     yield "about", replace(choice, about="origin" if choice.about == "com" else "com")
     yield "com_from", replace(choice, com_from="own frame" if choice.com_from == "other end" else "other end")
 
 
-def _read(table: PrintedTable, choice: TableChoice, links: Sequence[LinkChoice]) -> tuple[Body, ...]:
+def _read(
+    table: printed_table.PrintedTable, choice: printed_table.TableChoice, links: Sequence[printed_table.LinkChoice]
+) -> tuple[Body, ...]:
     ends = other_ends(table, choice.convention)
-    return tuple(link_options(table, i, choice, ends[i], (c,)).body(0) for i, c in enumerate(links))
+    return tuple(printed_table.link_options(table, i, choice, ends[i], (c,)).body(0) for i, c in enumerate(links))
 
 
-def _open(scrambled: ScrambledTable, table: PrintedTable, choice: TableChoice, links: Sequence, only) -> bool:
+def _open(
+    scrambled: scrambled_tables.ScrambledTable,
+    table: printed_table.PrintedTable,
+    choice: printed_table.TableChoice,
+    links: Sequence,
+    only,
+) -> bool:
     """The arm so read has other bodies (or frames), which exist, and gives what is published; of the links `only`."""
     bodies = _read(table, choice, links)
     moved = choice.convention is not scrambled.truth.table.convention
     if moved and not _same_frames(scrambled, table, choice.convention):
         return False
-    if not moved and same_bodies(table, bodies, scrambled.bodies):
+    if not moved and scrambled_tables.same_bodies(table, bodies, scrambled.bodies):
         return False
     if not all(is_physical(b) for b in bodies) or not _second(scrambled, bodies):
         return False
@@ -161,7 +156,9 @@ def _open(scrambled: ScrambledTable, table: PrintedTable, choice: TableChoice, l
     return _numbers_agree(scrambled, recursion, Recursion.of(true))
 
 
-def _same_frames(scrambled: ScrambledTable, table: PrintedTable, convention: Convention) -> bool:
+def _same_frames(
+    scrambled: scrambled_tables.ScrambledTable, table: printed_table.PrintedTable, convention: Convention
+) -> bool:
     if table.origin is not None:
         gap = np.abs(shifted(table.origin, 0) - frame_vectors(table, convention))
         if np.nanmax(gap) > table.com_step:
@@ -174,30 +171,30 @@ def _same_frames(scrambled: ScrambledTable, table: PrintedTable, convention: Con
     return True
 
 
-def _second(scrambled: ScrambledTable, bodies: Sequence[Body]) -> bool:
+def _second(scrambled: scrambled_tables.ScrambledTable, bodies: Sequence[Body]) -> bool:
     """The second tensors come out, to their digits and those of the table."""
     tensors = scrambled.evidence.tensors
     if tensors is None:
         return True
     about = [b.inertia_origin() if tensors.about == "origin" else b.inertia_com for b in bodies]
-    ours = np.array([[t[r, c] for r, c in TENSOR] for t in about])
-    room = ROOM * tensors.half + np.array([[rounding_of_tensor(scrambled.table, b)] for b in bodies])
+    ours = np.array([[t[r, c] for r, c in printed_table.TENSOR] for t in about])
+    room = ROOM * tensors.half + np.array([[scrambled_tables.rounding_of_tensor(scrambled.table, b)] for b in bodies])
     signs = [np.array([1.0] * 3 + [-1.0 if p == "integral" else 1.0] * 3) for p in tensors.products]
     return any(bool((np.abs(s * tensors.values - ours) <= room).all()) for s in signs)
 
 
-def _open_link(scrambled: ScrambledTable, table: PrintedTable, link: int) -> bool:
+def _open_link(scrambled: scrambled_tables.ScrambledTable, table: printed_table.PrintedTable, link: int) -> bool:
     """Some other choice for one link alone is as good as the truth."""
     choice, truth = scrambled.truth.table, scrambled.truth.links
     if link in scrambled.alike:
         return False  # its mirror image excludes the others, or all of them are open together
-    others = [c for c in CHOICES if c != truth[link]]
-    found = link_options(table, link, choice, other_ends(table, choice.convention)[link], others)
+    others = [c for c in printed_table.CHOICES if c != truth[link]]
+    found = printed_table.link_options(table, link, choice, other_ends(table, choice.convention)[link], others)
     options, true = [], _read(table, choice, truth)
     for o in range(len(found.choices)):
         bodies = list(true)
         bodies[link] = found.body(o)
-        if same_bodies(table, tuple(bodies), scrambled.bodies) or not is_physical(bodies[link]):
+        if scrambled_tables.same_bodies(table, tuple(bodies), scrambled.bodies) or not is_physical(bodies[link]):
             continue
         if _second(scrambled, bodies):
             options.append(bodies[link])
@@ -206,7 +203,7 @@ def _open_link(scrambled: ScrambledTable, table: PrintedTable, link: int) -> boo
     return any(_numbers_agree(scrambled, other, right) for other in others)
 
 
-def _numbers_agree(scrambled: ScrambledTable, recursion: Recursion, true: Recursion) -> bool:
+def _numbers_agree(scrambled: scrambled_tables.ScrambledTable, recursion: Recursion, true: Recursion) -> bool:
     """Whether every published number is that of the truth as the table prints it."""
     for x in scrambled.evidence.numbers:
         ours, theirs = (_number(each, x) for each in (recursion, true))

@@ -6,18 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from lwr_dyn.checks.conventions import search
 from lwr_dyn.checks.conventions.evidence import DerivedNumber, evidence_number
 from lwr_dyn.checks.conventions.hypotheses import other_ends
 from lwr_dyn.checks.conventions.printed_table import CHOICES, TENSOR, TableChoice, link_options
-from lwr_dyn.checks.conventions.search import (
-    allowances,
-    contribution_rows,
-    corners,
-    fit_numbers,
-    misfit,
-    number_rows,
-    values,
-)
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.chain import JointKind
@@ -45,7 +37,7 @@ def test_contributions_sum_to_the_recursion(seed):
     B, g = recursion.mass_matrix(q), recursion.gravity_vector(q)
     for i in range(chain.n):
         for quantity, expected in (("inertia", B[:, i, i]), ("gravity", g[:, i])):
-            ours = np.einsum("pij,ij->p", contribution_rows(chain, quantity, i, q), parameters(chain))
+            ours = np.einsum("pij,ij->p", search.contribution_rows(chain, quantity, i, q), parameters(chain))
             assert np.abs(ours - expected).max() <= ROUNDING * max(1.0, np.abs(expected).max())
 
 
@@ -58,18 +50,18 @@ def small(numbers=()):
     diagonal = np.diag(Recursion.of(one.chain).mass_matrix(Q))
     texts = numbers or [(j, f"{diagonal[j]:.4g}") for j in range(3)]
     derived = tuple(DerivedNumber("inertia", j, evidence_number(text), Q) for j, text in texts)
-    return one, options, number_rows(one.table.chain(one.truth.table.convention), one.table, derived)
+    return one, options, search.number_rows(one.table.chain(one.truth.table.convention), one.table, derived)
 
 
 def test_search_finds_what_the_full_product_finds():
     _, options, rows = small()
     allowed = [tuple(range(len(o.choices))) for o in options]
-    found = {way for box in fit_numbers(rows, options, allowed).sets for way in itertools.product(*box)}
-    room = allowances(rows, options)
+    found = {way for box in search.fit_numbers(rows, options, allowed).sets for way in itertools.product(*box)}
+    room = search.allowances(rows, options)
     expected = set()
     for way in itertools.product(*allowed):
         sums = sum(rows.coefficients[:, i] @ options[i].parameters[o] for i, o in enumerate(way))
-        assert values(rows, options, way) == pytest.approx(sums)
+        assert search.values(rows, options, way) == pytest.approx(sums)
         if (np.abs(sums - rows.value) <= room).all():
             expected.add(way)
     assert found == expected
@@ -78,7 +70,7 @@ def test_search_finds_what_the_full_product_finds():
 
 def test_a_number_that_nothing_gives_is_named():
     _, options, rows = small([(1, "1234.5")])
-    result = fit_numbers(rows, options, [tuple(range(len(o.choices))) for o in options])
+    result = search.fit_numbers(rows, options, [tuple(range(len(o.choices))) for o in options])
     assert (result.sets, result.failed, result.matched, result.nearest > 100) == ((), (0,), 0, True)
 
 
@@ -86,9 +78,11 @@ def test_the_room_of_a_number_is_half_its_digit_and_four_deviations_of_the_table
     """A misfit is half of the chi-square with the variance of a digit, that of a uniform error, and of the table."""
     _, options, rows = small([(2, "0.5")])
     (deviation,) = np.sqrt(((rows.coefficients * [o.deviation for o in options]) ** 2).sum(axis=(1, 2)))
-    assert allowances(rows, options) == pytest.approx([0.05 + 4.0 * deviation], rel=1e-5)
-    (value,) = values(rows, options, (0, 0, 0))
-    assert misfit(rows, options, (0, 0, 0)) == pytest.approx((value - 0.5) ** 2 / (0.05**2 / 3 + deviation**2) / 2)
+    assert search.allowances(rows, options) == pytest.approx([0.05 + 4.0 * deviation], rel=1e-5)
+    (value,) = search.values(rows, options, (0, 0, 0))
+    assert search.misfit(rows, options, (0, 0, 0)) == pytest.approx(
+        (value - 0.5) ** 2 / (0.05**2 / 3 + deviation**2) / 2
+    )
 
 
 def test_corners_are_the_quarter_turns_in_the_box_beyond_a_joint():
@@ -98,14 +92,14 @@ def test_corners_are_the_quarter_turns_in_the_box_beyond_a_joint():
     lower, upper = np.array([-3.0, 0.1, 0.2]), np.array([3.0, 0.7, 0.6])
     turn = np.pi / 2
     free = replace(table, lower=None, upper=None, kinds=(JointKind.REVOLUTE,) * 3)
-    assert sorted({x for x in corners(free, 1)[:, 2].round(9)}) == pytest.approx([-turn, 0.0, turn, 2 * turn])
-    assert corners(free, 2).tolist() == [[0.0, 0.0, 0.0]]
+    assert sorted({x for x in search.corners(free, 1)[:, 2].round(9)}) == pytest.approx([-turn, 0.0, turn, 2 * turn])
+    assert search.corners(free, 2).tolist() == [[0.0, 0.0, 0.0]]
     boxed = replace(table, kinds=kinds, lower=lower, upper=upper)
-    assert corners(boxed, 0) == pytest.approx(np.array([[0.0, 0.4, 0.2], [0.0, 0.4, 0.6]]))
-    wide = corners(replace(boxed, lower=lower - 9.0, upper=upper + 9.0), -1)
+    assert search.corners(boxed, 0) == pytest.approx(np.array([[0.0, 0.4, 0.2], [0.0, 0.4, 0.6]]))
+    wide = search.corners(replace(boxed, lower=lower - 9.0, upper=upper + 9.0), -1)
     assert sorted({round(x, 9) for x in wide[:, 0] % (4 * turn)}) == pytest.approx([0.0, turn, 2 * turn, 3 * turn])
     with pytest.raises(MissingDataError, match="limits of joint_3"):
-        corners(replace(boxed, lower=None), 0)
+        search.corners(replace(boxed, lower=None), 0)
 
 
 def test_options_are_distinct_and_the_identity_is_first():

@@ -4,16 +4,7 @@ import math
 
 import pytest
 
-from lwr_dyn.checks.tables.arithmetic import (
-    LONGEST,
-    UnlikeError,
-    dimension_of,
-    names_in,
-    parsed,
-    unit_of,
-    unit_sense,
-    value_of,
-)
+from lwr_dyn.checks.tables import arithmetic
 from lwr_dyn.checks.tables.sheet import sheet_of_csv
 
 NAMES = {"x": 3.0, "t.y": 0.5}
@@ -30,11 +21,11 @@ NAMES = {"x": 3.0, "t.y": 0.5}
     ],
 )  # fmt: skip
 def test_values(text, value):
-    assert value_of(parsed(text), NAMES) == pytest.approx(value, nan_ok=True, rel=1e-15)
+    assert arithmetic.value_of(arithmetic.parsed(text), NAMES) == pytest.approx(value, nan_ok=True, rel=1e-15)
 
 
 def test_angles_in_degrees_where_asked():
-    values = [value_of(parsed(text), {}, degrees) for text, degrees in (
+    values = [arithmetic.value_of(arithmetic.parsed(text), {}, degrees) for text, degrees in (
         ("sin(30)", True), ("atan2(1, 1)", True), ("sqrt(4)", True), ("atan2(1, 1)", False))]  # fmt: skip
     assert values == pytest.approx([0.5, 45.0, 2.0, math.pi / 4])
 
@@ -42,16 +33,16 @@ def test_angles_in_degrees_where_asked():
 @pytest.mark.parametrize(
     "text",
     ["", "   ", "x +", "f(1)", "sqrt(x=1)", "True", "'a'", "x % 2", "not x", "[1]", "x if x else 1",
-     "1" * (LONGEST + 1), "sqrt('a')", "(1).real + f().y"],
+     "1" * (arithmetic.LONGEST + 1), "sqrt('a')", "(1).real + f().y"],
 )  # fmt: skip
 def test_what_is_no_formula(text):
-    assert parsed(text) is None
+    assert arithmetic.parsed(text) is None
 
 
 def test_names_and_lengths():
-    assert list(names_in(parsed("a * hypot(t.b, 2) - c"))) == ["a", "t.b", "c"]
-    assert parsed("1" * LONGEST) is not None
-    assert parsed("g(1)", functions=("g",)) is not None
+    assert list(arithmetic.names_in(arithmetic.parsed("a * hypot(t.b, 2) - c"))) == ["a", "t.b", "c"]
+    assert arithmetic.parsed("1" * arithmetic.LONGEST) is not None
+    assert arithmetic.parsed("g(1)", functions=("g",)) is not None
 
 
 @pytest.mark.parametrize(
@@ -65,17 +56,17 @@ def test_names_and_lengths():
     ],
 )  # fmt: skip
 def test_units(text, powers, factor):
-    unit = unit_of(text)
+    unit = arithmetic.unit_of(text)
     assert unit.powers == powers
     assert unit.factor == pytest.approx(factor, rel=1e-12)
 
 
 def test_unknown_and_endless_units():
-    assert unit_of("furlong") is unit_of("m" + " m" * 20) is None
-    assert unit_of("m" + " m" * 19).powers == (20, 0, 0, 0)
+    assert arithmetic.unit_of("furlong") is arithmetic.unit_of("m" + " m" * 20) is None
+    assert arithmetic.unit_of("m" + " m" * 19).powers == (20, 0, 0, 0)
 
 
-POWERS = {name: unit_of(text).powers for name, text in {"l": "m", "m": "kg", "t": "s", "one": "1"}.items()}
+POWERS = {name: arithmetic.unit_of(text).powers for name, text in {"l": "m", "m": "kg", "t": "s", "one": "1"}.items()}
 
 
 @pytest.mark.parametrize(
@@ -85,7 +76,7 @@ POWERS = {name: unit_of(text).powers for name, text in {"l": "m", "m": "kg", "t"
      *((text, None) for text in ("l^one", "unknown * l", "unknown + l", "sqrt(unknown)"))],  # open
 )  # fmt: skip
 def test_dimensions(text, unit):
-    assert dimension_of(parsed(text), POWERS) == (unit and unit_of(unit).powers)
+    assert arithmetic.dimension_of(arithmetic.parsed(text), POWERS) == (unit and arithmetic.unit_of(unit).powers)
 
 
 @pytest.mark.parametrize(
@@ -94,8 +85,8 @@ def test_dimensions(text, unit):
      ("atan2(l, m)", "atan2 of m and kg"), ("exp(l^2 / t)", "exp of m^2 s^-1"), ("2 * l + 1", "m and 1 are added")],
 )  # fmt: skip
 def test_what_does_not_fit(text, words):
-    with pytest.raises(UnlikeError) as caught:
-        dimension_of(parsed(text), POWERS)
+    with pytest.raises(arithmetic.UnlikeError) as caught:
+        arithmetic.dimension_of(arithmetic.parsed(text), POWERS)
     assert str(caught.value) == words
 
 
@@ -116,29 +107,31 @@ def test_what_does_not_fit(text, words):
 )  # fmt: skip
 def test_units_of_columns(heading, joints, found):
     declared = f"# joints: {joints}\n" if joints else ""
-    findings = list(unit_sense(sheet_of_csv(f"{declared}joint,{heading}\n1,1.0\n2,2.0\n", "x.csv", "t")))
+    findings = list(arithmetic.unit_sense(sheet_of_csv(f"{declared}joint,{heading}\n1,1.0\n2,2.0\n", "x.csv", "t")))
     assert [(f.severity, f.confidence, f.suspected) for f in findings] == ([found] if found else [])
     assert all(f.rule == "unit" for f in findings)
 
 
 def test_the_sentence_of_a_unit():
-    (error,) = unit_sense(sheet_of_csv("# joints: revolute\njoint,error [mm]\n1,1.0\n", "x.csv", "t"))
+    (error,) = arithmetic.unit_sense(sheet_of_csv("# joints: revolute\njoint,error [mm]\n1,1.0\n", "x.csv", "t"))
     assert error.sentence == "errors of joints are given in mm: these joints turn, so mrad is expected"
-    (mass,) = unit_sense(sheet_of_csv("joint,mass [m^2]\n1,1.0\n", "x.csv", "t"))
+    (mass,) = arithmetic.unit_sense(sheet_of_csv("joint,mass [m^2]\n1,1.0\n", "x.csv", "t"))
     assert mass.sentence == "mass is given in m^2 (m^2); mass: kg"
     assert mass.numbers == {"powers": [2.0, 0.0, 0.0, 0.0]}
 
 
 def test_names_with_indices_only_where_they_are_asked_for():
     texts = ("a[1]", "a.b[1,2]", "-a[1] / sqrt(a[2])")
-    assert [(parsed(text), parsed(text, indexed=True) is None) for text in texts] == [(None, False)] * 3
-    tree = parsed("a.b[1, 2] * c[3] + 1", indexed=True)
-    assert list(names_in(tree)) == ["a.b[1,2]", "c[3]"]
-    assert value_of(tree, {"a.b[1,2]": 4.0, "c[3]": 0.5}) == 3.0
+    assert [(arithmetic.parsed(text), arithmetic.parsed(text, indexed=True) is None) for text in texts] == [
+        (None, False)
+    ] * 3
+    tree = arithmetic.parsed("a.b[1, 2] * c[3] + 1", indexed=True)
+    assert list(arithmetic.names_in(tree)) == ["a.b[1,2]", "c[3]"]
+    assert arithmetic.value_of(tree, {"a.b[1,2]": 4.0, "c[3]": 0.5}) == 3.0
 
 
 @pytest.mark.parametrize(
     "text", ["a[-1]", "a[1][2]", "a[1:2]", "a[True]", "a[b]", "a[1.0]", "a[()]", "[1][0]", "a[1].b[2]"]
 )
 def test_other_indices_are_no_formula(text):
-    assert parsed(text, indexed=True) is None
+    assert arithmetic.parsed(text, indexed=True) is None

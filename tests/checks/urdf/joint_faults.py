@@ -6,31 +6,21 @@ import xml.etree.ElementTree as ET
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from tests.checks.urdf.plant_site import (
-    CYCLE,
-    PlantSite,
-    angles_of,
-    moved,
-    moving_joints,
-    number,
-    turned_in_degrees,
-    vector,
-    write_origin,
-)
+from tests.checks.urdf import plant_site
 
 LEAST_TURN = 0.01
 """[rad]"""
 BOUNDED, TURNS_OR_SLIDES = ("revolute", "prismatic"), ("revolute", "continuous", "prismatic")
 
 
-def limit_times(site: PlantSite, names: list[str], factor: float) -> float | None:
+def limit_times(site: plant_site.PlantSite, names: list[str], factor: float) -> float | None:
     """Limits in another unit, or 0; size: the factor."""
     limit = site.joint.find("limit")
     values = [] if limit is None else [_number(limit.get(name)) for name in names]
     if None in values or not any(values):
         return None
     for name, value in zip(names, values, strict=True):
-        limit.set(name, number(value * factor))
+        limit.set(name, plant_site.number(value * factor))
     return factor or 1.0
 
 
@@ -41,7 +31,7 @@ def _number(text: str | None) -> float | None:
         return None
 
 
-def _limits(site: PlantSite) -> tuple[float, float] | None:
+def _limits(site: plant_site.PlantSite) -> tuple[float, float] | None:
     """lower < upper of a joint that has them."""
     limit = site.joint.find("limit")
     if site.joint.get("type") not in BOUNDED or limit is None:
@@ -50,7 +40,7 @@ def _limits(site: PlantSite) -> tuple[float, float] | None:
     return (lower, upper) if lower is not None and upper is not None and lower < upper else None
 
 
-def positions(site: PlantSite, kind: str, factor: float) -> float | None:
+def positions(site: plant_site.PlantSite, kind: str, factor: float) -> float | None:
     """lower and upper of a joint of this kind in another unit; size: the range as written [rad, m]."""
     limits = _limits(site)
     if limits is None or site.joint.get("type") != kind:
@@ -59,19 +49,19 @@ def positions(site: PlantSite, kind: str, factor: float) -> float | None:
     return None if done is None else (limits[1] - limits[0]) * factor
 
 
-def range_changed(site: PlantSite, exchanged: bool) -> float | None:
+def range_changed(site: plant_site.PlantSite, exchanged: bool) -> float | None:
     """lower and upper exchanged, or both the upper."""
     if (limits := _limits(site)) is None:
         return None
     limit = site.joint.find("limit")
     upper = limit.get("upper")
     if exchanged:
-        limit.set("upper", number(limits[0]))
-    limit.set("lower", number(limits[1]) if exchanged else upper)
+        limit.set("upper", plant_site.number(limits[0]))
+    limit.set("lower", plant_site.number(limits[1]) if exchanged else upper)
     return 1.0
 
 
-def limit_missing(site: PlantSite) -> float | None:
+def limit_missing(site: plant_site.PlantSite) -> float | None:
     """No `<limit>` at a joint that needs one."""
     limit = site.joint.find("limit")
     if site.joint.get("type") not in BOUNDED or limit is None:
@@ -80,26 +70,26 @@ def limit_missing(site: PlantSite) -> float | None:
     return 1.0
 
 
-def origin(site: PlantSite, change: str, factor: float = 1.0) -> float | None:
+def origin(site: plant_site.PlantSite, change: str, factor: float = 1.0) -> float | None:
     """The joint's origin as `moved` has it; size: its shift in diameters of the link."""
-    return moved(site, site.joint, change, factor)
+    return plant_site.moved(site, site.joint, change, factor)
 
 
-def origin_angles_in_degrees(site: PlantSite) -> float | None:
+def origin_angles_in_degrees(site: plant_site.PlantSite) -> float | None:
     """rpy of the joint's origin in degrees; size: the largest angle [rad]."""
-    return turned_in_degrees(site.joint)
+    return plant_site.turned_in_degrees(site.joint)
 
 
-def origin_angles_of_quaternion(site: PlantSite) -> float | None:
+def origin_angles_of_quaternion(site: plant_site.PlantSite) -> float | None:
     """x, y, z of the quaternion of the joint's origin in place of roll, pitch, yaw; size: the angle [rad]."""
-    turn = Rotation.from_euler("xyz", angles_of(site.joint))
+    turn = Rotation.from_euler("xyz", plant_site.angles_of(site.joint))
     if turn.magnitude() < LEAST_TURN:
         return None
-    write_origin(site.joint, rpy=turn.as_quat(canonical=True)[:3])
+    plant_site.write_origin(site.joint, rpy=turn.as_quat(canonical=True)[:3])
     return float(turn.magnitude())
 
 
-def loss_negative(site: PlantSite, name: str) -> float | None:
+def loss_negative(site: plant_site.PlantSite, name: str) -> float | None:
     """Damping or friction below 0."""
     dynamics = site.joint.find("dynamics")
     if dynamics is None:
@@ -108,26 +98,26 @@ def loss_negative(site: PlantSite, name: str) -> float | None:
     return 0.5
 
 
-def axis(site: PlantSite, change: str) -> float | None:
+def axis(site: plant_site.PlantSite, change: str) -> float | None:
     """The axis reversed, permuted, not a unit vector, or zero."""
     element = site.joint.find("axis")
     if element is None or site.joint.get("type") not in TURNS_OR_SLIDES:
         return None
-    before = vector(element, "xyz", "1 0 0")
-    across = before[CYCLE]
+    before = plant_site.vector(element, "xyz", "1 0 0")
+    across = before[plant_site.CYCLE]
     after = {"reversed": -before, "permuted": across, "not unit": before + across, "zero": 0 * before}[change]
-    element.set("xyz", " ".join(number(x) for x in after))
+    element.set("xyz", " ".join(plant_site.number(x) for x in after))
     return None if np.allclose(before, after) else 1.0
 
 
-def parent_unknown(site: PlantSite) -> float | None:
+def parent_unknown(site: plant_site.PlantSite) -> float | None:
     """A parent that is no link of the file."""
     parent = site.joint.find("parent")
     parent.set("link", parent.get("link") + "_gone")
     return 1.0
 
 
-def made_fixed(site: PlantSite) -> float | None:
+def made_fixed(site: plant_site.PlantSite) -> float | None:
     """type="fixed" while the limits stay."""
     if site.joint.find("limit") is None:
         return None
@@ -135,14 +125,14 @@ def made_fixed(site: PlantSite) -> float | None:
     return 1.0
 
 
-def _element(site: PlantSite, path: str) -> ET.Element | None:
+def _element(site: plant_site.PlantSite, path: str) -> ET.Element | None:
     """`inertial/mass` and `inertial` of the link, `limit` of the joint; None where the inertial is not usable."""
     if path.startswith("inertial"):
         return site.inertial if path == "inertial" or site.inertial is None else site.inertial.find(path[9:])
     return site.joint.find(path)
 
 
-def tag_misspelt(site: PlantSite, path: str, written: str) -> float | None:
+def tag_misspelt(site: plant_site.PlantSite, path: str, written: str) -> float | None:
     """A tag with a slip of the keyboard."""
     element = _element(site, path)
     if element is None or (path == "limit" and site.joint.get("type") == "continuous"):
@@ -151,7 +141,7 @@ def tag_misspelt(site: PlantSite, path: str, written: str) -> float | None:
     return 1.0
 
 
-def attribute_misspelt(site: PlantSite, path: str, name: str, written: str) -> float | None:
+def attribute_misspelt(site: plant_site.PlantSite, path: str, name: str, written: str) -> float | None:
     """An attribute with a slip of the keyboard."""
     element = _element(site, path)
     if element is None or element.get(name) is None:
@@ -162,7 +152,7 @@ def attribute_misspelt(site: PlantSite, path: str, name: str, written: str) -> f
     return 1.0
 
 
-def not_a_number(site: PlantSite, path: str, name: str) -> float | None:
+def not_a_number(site: plant_site.PlantSite, path: str, name: str) -> float | None:
     """nan, as a spreadsheet or a program wrote it."""
     element = _element(site, path)
     if element is None:
@@ -171,26 +161,26 @@ def not_a_number(site: PlantSite, path: str, name: str) -> float | None:
     return 1.0
 
 
-def link_twice(site: PlantSite) -> float:
+def link_twice(site: plant_site.PlantSite) -> float:
     """The link a second time."""
     site.robot.append(copy.deepcopy(site.link))
     return 1.0
 
 
-def joint_twice(site: PlantSite) -> float | None:
+def joint_twice(site: plant_site.PlantSite) -> float | None:
     """The joint under the name of another one."""
-    others = [j.get("name") for j in moving_joints(site.robot) if j is not site.joint]
+    others = [j.get("name") for j in plant_site.moving_joints(site.robot) if j is not site.joint]
     if not others:
         return None
     site.joint.set("name", others[-1])
     return 1.0
 
 
-def mesh(site: PlantSite, factor: float = 0.0) -> float | None:
+def mesh(site: plant_site.PlantSite, factor: float = 0.0) -> float | None:
     """The link's meshes in another unit; size: the factor; for 0 the first one's file is not there."""
     meshes = [x for role in ("visual", "collision") for shape in site.link.findall(role) for x in shape.iter("mesh")]
     for one in meshes if factor else ():
-        one.set("scale", " ".join(number(x) for x in vector(one, "scale", "1 1 1") * factor))
+        one.set("scale", " ".join(plant_site.number(x) for x in plant_site.vector(one, "scale", "1 1 1") * factor))
     for one in meshes[:1] if not factor else ():
         stem, dot, ending = one.get("filename").rpartition(".")
         one.set("filename", f"{stem}_gone{dot}{ending}")

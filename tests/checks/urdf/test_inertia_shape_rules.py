@@ -7,20 +7,10 @@ import numpy as np
 import pytest
 
 from lwr_dyn.checks.urdf import inertia_shape_rules as rules
+from lwr_dyn.checks.urdf import undoings
 from lwr_dyn.checks.urdf.document import document_of
 from lwr_dyn.checks.urdf.hulls import solid_hull
 from lwr_dyn.checks.urdf.judgement import USUAL_DENSITY, judgements, primitive_points
-from lwr_dyn.checks.urdf.undoings import (
-    MassPoint,
-    bound_ratio,
-    centre_undoings,
-    log_distance,
-    off_centre,
-    outside,
-    possible,
-    spread_ratios,
-    tensor_undoings,
-)
 from tests.checks.urdf.box_arm import BoxArm, said
 from tests.tolerances import EXACT
 
@@ -101,7 +91,7 @@ def test_a_slip_tells_how_much_nearer_it_brings_the_tensor_and_what_is_not_count
     document = ARM.with_link(1, rpy=(0.0, 0.0, 0.7)).document()
     (found,) = rules.slip(document)
     (judged,) = (x for x in judgements(document) if x.body.link.name == "l1")
-    whole = float(log_distance(judged.ratios))  # nothing is left: the box is a full body
+    whole = float(undoings.log_distance(judged.ratios))  # nothing is left: the box is a full body
     assert judged.cut == pytest.approx(whole - 0.1, abs=0.02)
     assert judged.tensor_slip.prior == 0.1
     assert f"nearer to those of a full body by {whole:.2g}; 0.1 of it is not counted for this slip" in found.why
@@ -236,17 +226,21 @@ FULL = BODY_MASS / 12.0 * np.diag((SIZE**2).sum() - SIZE**2)
 def test_ratios_bounds_and_centres_of_a_box():
     """A full body has ratios of 1, in proportion to tensor over mass; half the mass at either end reaches the bound."""
     tensors = np.array([FULL, 10.0 * FULL])
-    assert spread_ratios(tensors, 2.0 * BODY_MASS, HULL) == pytest.approx(np.array([[0.5] * 3, [5.0] * 3]), rel=1e-10)
-    assert log_distance(np.array([[1.0, 1.0, 1.0], [np.e, 1.0, np.exp(-1.0)]])) == pytest.approx([0.0, 2.0**0.5])
+    assert undoings.spread_ratios(tensors, 2.0 * BODY_MASS, HULL) == pytest.approx(
+        np.array([[0.5] * 3, [5.0] * 3]), rel=1e-10
+    )
+    assert undoings.log_distance(np.array([[1.0, 1.0, 1.0], [np.e, 1.0, np.exp(-1.0)]])) == pytest.approx(
+        [0.0, 2.0**0.5]
+    )
     ends = BODY_MASS * (SIZE[2] / 2.0) ** 2
     tries = ((np.zeros(3), np.diag([ends, ends, 1e-9])), (np.zeros(3), FULL), (np.array([0.0, 0.0, 9.0]), FULL))
-    bounds = [bound_ratio(MassPoint(BODY_MASS, *x), HULL) for x in tries]
+    bounds = [undoings.bound_ratio(undoings.MassPoint(BODY_MASS, *x), HULL) for x in tries]
     assert bounds[:2] == pytest.approx([1.0, 1.0 / 3.0], rel=1e-6)
     assert bounds[2] < 1.0
-    assert outside(np.array([0.6, 0.0, 0.0]), HULL) == pytest.approx(0.5 / HULL.diameter, rel=EXACT)
-    assert off_centre(np.array([0.0, 0.0, 0.5]), HULL) == pytest.approx(12.0**0.5, rel=1e-9)
+    assert undoings.outside(np.array([0.6, 0.0, 0.0]), HULL) == pytest.approx(0.5 / HULL.diameter, rel=EXACT)
+    assert undoings.off_centre(np.array([0.0, 0.0, 0.5]), HULL) == pytest.approx(12.0**0.5, rel=1e-9)
     tried = np.array([np.diag(d) for d in ([1.0, 1.0, 1.0], [1.0, 1.0, 2.1], [1.0, -1.0, 1.0], [1.0, 1.0, 2.0])])
-    assert possible(tried).tolist() == [True, False, False, True]
+    assert undoings.possible(tried).tolist() == [True, False, False, True]
 
 
 def test_every_undoing_takes_back_one_slip():
@@ -254,7 +248,7 @@ def test_every_undoing_takes_back_one_slip():
     arm = ARM.with_link(2, six=(1.0, 0.02, 0.03, 1.4, 0.05, 1.7), com=(0.4, 0.05, 0.06), rpy=(0.1, 0.2, 0.3))
     inertial, pose = arm.document().link("l2").inertial, np.eye(4)
     pose[:3] = [[0.0, -1.0, 0.0, 1.0], [1.0, 0.0, 0.0, 2.0], [0.0, 0.0, 1.0, 3.0]]
-    tensors, centres = tensor_undoings(inertial, pose), centre_undoings(inertial, pose, np.eye(4))
+    tensors, centres = undoings.tensor_undoings(inertial, pose), undoings.centre_undoings(inertial, pose, np.eye(4))
     counts = {cause: sum(u.cause == cause for u in tensors) for cause in dict.fromkeys(u.cause for u in tensors)}
     assert counts.pop("tensors 10 times too small") == 1
     powers = [counts.pop(x) for x in list(counts) if x.startswith("tensors 1")]
