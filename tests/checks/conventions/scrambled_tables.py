@@ -75,18 +75,17 @@ SHORTEST = 0.6
 
 
 def _rows(rng: np.random.Generator, n: int) -> tuple[DHRow, ...]:
-    while True:
-        rows = tuple(_row(rng) for _ in range(n))
-        if sum(math.hypot(row.a, row.d) for row in rows) >= SHORTEST:
-            return rows
-
-
-def _row(rng: np.random.Generator) -> DHRow:
     def length(share: float, low: float, high: float) -> float:
         return round(float(rng.uniform(low, high)), 3) if rng.random() < share else 0.0
 
-    alpha = (0.0, math.pi / 2, -math.pi / 2)[int(rng.choice(3, p=(0.2, 0.4, 0.4)))]
-    return DHRow(alpha, length(0.5, -0.4, 0.4), length(0.6, 0.1, 0.5))
+    def row() -> DHRow:
+        alpha = (0.0, math.pi / 2, -math.pi / 2)[int(rng.choice(3, p=(0.2, 0.4, 0.4)))]
+        return DHRow(alpha, length(0.5, -0.4, 0.4), length(0.6, 0.1, 0.5))
+
+    rows: list[DHRow] = []
+    while sum(math.hypot(x.a, x.d) for x in rows) < SHORTEST:
+        rows = [row() for _ in range(n)]
+    return tuple(rows)
 
 
 def _bodies(rng: np.random.Generator, ends: Array) -> tuple[list[Body], tuple[int, ...]]:
@@ -214,13 +213,12 @@ def same_bodies(table: printed_table.PrintedTable, found: tuple[Body, ...], trut
 
     Masses, coms and tensors about the com differ by no more than rounding of the printed cells can make.
     """
-    return all(_same_body(table, a, b) for a, b in zip(found, truth, strict=True))
-
-
-def _same_body(table: printed_table.PrintedTable, a: Body, b: Body) -> bool:
-    close_com = np.abs(a.com - b.com).max() <= table.com_step
-    close = np.abs(a.inertia_com - b.inertia_com).max() <= rounding_of_tensor(table, b)
-    return bool(abs(a.mass - b.mass) <= table.mass_step and close_com and close)
+    return all(
+        abs(a.mass - b.mass) <= table.mass_step
+        and np.abs(a.com - b.com).max() <= table.com_step
+        and np.abs(a.inertia_com - b.inertia_com).max() <= rounding_of_tensor(table, b)
+        for a, b in zip(found, truth, strict=True)
+    )
 
 
 def rounding_of_tensor(table: printed_table.PrintedTable, body: Body) -> float:
