@@ -64,13 +64,8 @@ class FaultPlant:
 def fault_kinds() -> tuple[FaultKind, ...]:
     """The rows of `faults.toml`."""
     rows = tomllib.loads(KINDS_FILE.read_text(encoding="utf-8"))["kind"]
-    return tuple(
-        FaultKind(
-            row["name"], row["edit"], row.get("arguments", {}), row.get("measure", ""), row.get("floor", 0.0),
-            row.get("hopeless", False),
-        )
-        for row in rows
-    )  # fmt: skip
+    default = {"arguments": {}, "measure": "", "floor": 0.0, "hopeless": False}
+    return tuple(FaultKind(**{x: ({**default, **row})[x] for x in FaultKind.__slots__}) for row in rows)
 
 
 def plants(
@@ -84,13 +79,10 @@ def plants(
     for where in sites(text, path):
         if where.link in skip or not where.diameter:
             continue
-        for kind in kinds:
-            if not wanted(where.link, kind.name):
-                continue
+        for kind in (kind for kind in kinds if wanted(where.link, kind.name)):
             site = where.fresh()
-            if kind.needs_inertial and site.inertial is None:
-                continue
-            size = kind.function(site, **kind.arguments)
+            usable = site.inertial is not None or not kind.needs_inertial
+            size = kind.function(site, **kind.arguments) if usable else None
             if size is None or not math.isfinite(size):
                 continue
             names = {f"link {where.link}", f"joint {where.joint}", f"joint {site.joint.get('name')}"}

@@ -61,15 +61,6 @@ def range_changed(site: plant_site.PlantSite, exchanged: bool) -> float | None:
     return 1.0
 
 
-def limit_missing(site: plant_site.PlantSite) -> float | None:
-    """No `<limit>` at a joint that needs one."""
-    limit = site.joint.find("limit")
-    if site.joint.get("type") not in BOUNDED or limit is None:
-        return None
-    site.joint.remove(limit)
-    return 1.0
-
-
 def origin(site: plant_site.PlantSite, change: str, factor: float = 1.0) -> float | None:
     """The joint's origin as `moved` has it; size: its shift in diameters of the link."""
     return plant_site.moved(site, site.joint, change, factor)
@@ -110,70 +101,11 @@ def axis(site: plant_site.PlantSite, change: str) -> float | None:
     return None if np.allclose(before, after) else 1.0
 
 
-def parent_unknown(site: plant_site.PlantSite) -> float | None:
-    """A parent that is no link of the file."""
-    parent = site.joint.find("parent")
-    parent.set("link", parent.get("link") + "_gone")
-    return 1.0
-
-
-def made_fixed(site: plant_site.PlantSite) -> float | None:
-    """type="fixed" while the limits stay."""
-    if site.joint.find("limit") is None:
-        return None
-    site.joint.set("type", "fixed")
-    return 1.0
-
-
 def _element(site: plant_site.PlantSite, path: str) -> ET.Element | None:
     """`inertial/mass` and `inertial` of the link, `limit` of the joint; None where the inertial is not usable."""
     if path.startswith("inertial"):
         return site.inertial if path == "inertial" or site.inertial is None else site.inertial.find(path[9:])
     return site.joint.find(path)
-
-
-def tag_misspelt(site: plant_site.PlantSite, path: str, written: str) -> float | None:
-    """A tag with a slip of the keyboard."""
-    element = _element(site, path)
-    if element is None or (path == "limit" and site.joint.get("type") == "continuous"):
-        return None
-    element.tag = written
-    return 1.0
-
-
-def attribute_misspelt(site: plant_site.PlantSite, path: str, name: str, written: str) -> float | None:
-    """An attribute with a slip of the keyboard."""
-    element = _element(site, path)
-    if element is None or element.get(name) is None:
-        return None
-    attributes = {written if key == name else key: value for key, value in element.items()}
-    element.attrib.clear()
-    element.attrib.update(attributes)
-    return 1.0
-
-
-def not_a_number(site: plant_site.PlantSite, path: str, name: str) -> float | None:
-    """nan, as a spreadsheet or a program wrote it."""
-    element = _element(site, path)
-    if element is None:
-        return None
-    element.set(name, "nan")
-    return 1.0
-
-
-def link_twice(site: plant_site.PlantSite) -> float:
-    """The link a second time."""
-    site.robot.append(copy.deepcopy(site.link))
-    return 1.0
-
-
-def joint_twice(site: plant_site.PlantSite) -> float | None:
-    """The joint under the name of another one."""
-    others = [j.get("name") for j in plant_site.moving_joints(site.robot) if j is not site.joint]
-    if not others:
-        return None
-    site.joint.set("name", others[-1])
-    return 1.0
 
 
 def mesh(site: plant_site.PlantSite, factor: float = 0.0) -> float | None:
@@ -185,3 +117,40 @@ def mesh(site: plant_site.PlantSite, factor: float = 0.0) -> float | None:
         stem, dot, ending = one.get("filename").rpartition(".")
         one.set("filename", f"{stem}_gone{dot}{ending}")
     return factor or 1.0 if meshes else None
+
+
+def spoilt(site: plant_site.PlantSite, how: str) -> float | None:
+    """A joint without the limits that it needs, of an unknown parent, fixed with limits; a link or joint twice."""
+    joint, limit = site.joint, site.joint.find("limit")
+    others = [j.get("name") for j in plant_site.moving_joints(site.robot) if j is not joint]
+    if how == "no limit" and joint.get("type") in BOUNDED and limit is not None:
+        joint.remove(limit)
+    elif how == "parent unknown":
+        joint.find("parent").set("link", joint.find("parent").get("link") + "_gone")
+    elif how == "fixed" and limit is not None:
+        joint.set("type", "fixed")
+    elif how == "link twice":
+        site.robot.append(copy.deepcopy(site.link))
+    elif how == "joint twice" and others:
+        joint.set("name", others[-1])
+    else:
+        return None
+    return 1.0
+
+
+def misspelt(site: plant_site.PlantSite, path: str, written: str, name: str = "") -> float | None:
+    """A tag or an attribute with a slip of the keyboard, or nan in its place, as a program wrote it."""
+    element = _element(site, path)
+    if element is None or (not name and path == "limit" and site.joint.get("type") == "continuous"):
+        return None
+    if written == "nan":
+        element.set(name, "nan")
+    elif not name:
+        element.tag = written
+    elif element.get(name) is None:
+        return None
+    else:
+        attributes = {written if key == name else key: value for key, value in element.items()}
+        element.attrib.clear()
+        element.attrib.update(attributes)
+    return 1.0
