@@ -9,8 +9,8 @@ import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.checks.conventions.evidence import DerivedNumber, Evidence, evidence_number, packaged_evidence
 from lwr_dyn.checks.conventions.hypotheses import table_hypotheses
-from lwr_dyn.checks.conventions.printed_table import printed_table
-from lwr_dyn.checks.conventions.ranking import decisions, equally_plain, rank_readings
+from lwr_dyn.checks.conventions.printed_table import LinkChoice, TableChoice, printed_table
+from lwr_dyn.checks.conventions.ranking import _answer, decisions, equally_plain, rank_readings
 from lwr_dyn.checks.conventions.ranking_text import (
     global_maxima,
     judged_rankings,
@@ -112,6 +112,12 @@ def test_wam_products_are_integrals_by_the_second_tensors(wam):
     assert made["about", None].by == ("feasibility", "second tensors")
     origin = next(w for w in wam.as_printed if (w.choice.about, w.choice.com_from) == ("origin", "own frame"))
     assert [i + 1 for i, left in enumerate(origin.feasible) if not left] == [1, 3, 4, 6]  # no bodies
+
+
+def test_an_answer_says_where_the_centre_of_mass_is_exchanged_with_the_axes():
+    choices = [LinkChoice(axes=axes, moves=moves) for axes in ("xyz", "zxy") for moves in ("tensor", "row")]
+    assert [_answer("axes", x) for x in choices] == ["xyz", "xyz", "zxy", "zxy (com too)"]
+    assert [_answer(x, TableChoice(Convention.MODIFIED, "com")) for x in ("convention", "about")] == ["modified", "com"]
 
 
 def test_wam_sign_is_undecided_without_the_second_tensors(wam):

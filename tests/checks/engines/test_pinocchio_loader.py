@@ -7,6 +7,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.checks.engines import pinocchio_loader
+from lwr_dyn.checks.engines.engine import EXACT
 from lwr_dyn.checks.engines.pinocchio_loader import file_verdicts
 from tests.arms.export.test_data_file import FOREIGN, arm_named
 from tests.checks.engines.small_files import TWO
@@ -47,6 +48,13 @@ def test_a_file_that_pinocchio_refuses_is_not_judged(two, capfd):
     verdicts, unjudged = file_verdicts(lwr_dyn.load(two))
     assert (verdicts, unjudged[0].startswith(f"{OWN}: ")) == ([], True)
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("shift", "size"), [("0.4", 1.0), ("40", 40.5)])
+def test_poses_may_differ_by_rounding_of_the_arm_s_reach_of_a_metre_at_least(two, shift, size):
+    two.write_text(TWO.replace("0 0 0.4", f"0 0 {shift}"), encoding="utf-8")
+    kinematics = file_verdicts(lwr_dyn.load(two))[0][0]
+    assert (kinematics.tolerance / EXACT, kinematics.unit) == (pytest.approx(size, rel=0.01), "m")
 
 
 @pytest.mark.parametrize("axis", ["1e200 0 0", "1e-170 0 0"])

@@ -45,6 +45,9 @@ CASES = [
     (GAINS.format("50.0"), ["gains, row 4, b: error power-of-ten: ", "gains, row 4, Kp: error power-of-ten: prints 50.0"
      " where Kp = omega^2 * b gives 500: off by 1e1"]),
     (GAINS.format(-500), ["gains, row 4, Kp: error sign: prints -500 where Kp = omega^2 * b gives 500: the sign is"]),
+    (GAINS.format(512).replace("omega^2", "mo_tors.omega^2") + '[mo-tors]\nomega = 16\n', [
+        "gains, row 1, Kp: error formula: prints 200 where Kp = mo_tors.omega^2 * b gives 512: off by -312",
+        "gains, row 2, Kp: ", "gains, row 3, Kp: ", "gains, row 4, Kp: "]),
     (SHIFTED.format("4.0"), ["t, row 2, y: error rows-shifted: 4 rows of y print what y = x^2 gives one row above"]),
     (SWAPPED, ["t, row 2, y: error swapped: t, row 2, y prints 10 where 6 follows, t, row 3, y prints 6.0 where 10 "
      "follows (y = 2 * x): the two are exchanged"]),

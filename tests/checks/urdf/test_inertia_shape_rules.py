@@ -254,6 +254,12 @@ def test_every_undoing_takes_back_one_slip():
     powers = [counts.pop(x) for x in list(counts) if x.startswith("tensors 1")]
     assert (powers, list(counts.values())) == ([1] * 11, [3, 2, 5, 1, 3, 5, 1, 1, 6, 1, 1])
     assert len({u.instead for u in tensors}) == len(tensors)
+    rows = [u.tensor[np.triu_indices(3)].tolist() for u in tensors if u.cause == "tensors written in another order"]
+    xx, xy, xz, yy, yz, zz = inertial.tensor[np.triu_indices(3)].tolist()
+    assert rows == [
+        [xx, yy, yz, xy, zz, xz], [xx, yy, zz, xy, yz, xz], [xx, zz, yz, xy, yy, xz], [xx, yy, zz, xy, xz, yz],
+        [xx, yy, xz, xy, zz, yz],
+    ]  # fmt: skip
     assert [tuple(np.round(u.com, 6)) for u in centres] == [
         (-1.95, 0.6, -2.94), (0.004, 0.0005, 0.0006), (0.04, 0.005, 0.006),
         (-0.4, 0.05, 0.06), (0.4, -0.05, 0.06), (0.4, 0.05, -0.06),
