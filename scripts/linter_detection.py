@@ -19,10 +19,11 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+import linter_detection_tables as tables  # noqa: E402
+
 from lwr_dyn.foundation.errors import LwrDynError  # noqa: E402
 from lwr_dyn.foundation.files import write_file  # noqa: E402
-from tests.checks.urdf import detection_tables as tables  # noqa: E402
-from tests.checks.urdf.detection import Alarm, PlantVerdict, alarms, from_record, to_record, verdicts  # noqa: E402
+from tests.checks.urdf.detection import Alarm, PlantVerdict, alarms, verdicts  # noqa: E402
 from tests.checks.urdf.fault_plants import fault_kinds  # noqa: E402
 from tests.checks.urdf.judged_arms import ARMS_FOLDER, JudgedArm, judged_arms  # noqa: E402
 from tests.checks.urdf.plant_site import sites  # noqa: E402
@@ -69,10 +70,10 @@ def arm_verdicts(arm: JudgedArm, digest: str, share: float) -> tuple[list[PlantV
     """The verdicts of one arm, kept in a file; its alarms; its moving links with shapes that were judged good."""
     kept = KEPT / f"{arm.name}-{digest}-{share:g}.jsonl"
     if kept.is_file():
-        done = [from_record(line) for line in kept.read_text(encoding="utf-8").splitlines()]
+        done = [tables.from_record(line) for line in kept.read_text(encoding="utf-8").splitlines()]
     else:
         done = verdicts(arm, fault_kinds(), share)
-        write_file(kept, "".join(to_record(v) + "\n" for v in done))
+        write_file(kept, "".join(tables.to_record(v) + "\n" for v in done))
     links = [x for x in sites(arm.text(), arm.path) if x.link not in arm.faults and x.diameter]
     return done, alarms(arm), len(links)
 

@@ -12,8 +12,7 @@ LEAST_LARGE, LEAST_ALL, LEAST_LINKS_A_WARNING = 0.96, 0.85, 12
 def linter() -> tuple[str, bool, str]:
     """The 73 kinds of faults planted at every link of the arms judged by hand; parts without an arm here are named."""
     from linter_detection import HALVES, measured
-
-    from tests.checks.urdf.detection_tables import shares
+    from linter_detection_tables import shares
 
     words, good, tables = [], True, []
     for half in HALVES:

@@ -18,15 +18,29 @@ from typing import Any
 import numpy as np
 
 import lwr_dyn
+from lwr_dyn.arms.export.mjcf import mjcf_text
+from lwr_dyn.arms.papers.catalog import open_paper, template
+from lwr_dyn.checks.conventions.evidence import read_evidence
+from lwr_dyn.checks.conventions.printed_table import printed_table
+from lwr_dyn.checks.tables.rules import lint, sheet_of_file
+from lwr_dyn.checks.urdf.lint import lint_file
+from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.krl.project.program import load_program, parse_program
+from lwr_dyn.krl.running.cell import input_values, read_cell, with_cell
+from lwr_dyn.krl.running.controller import MachineData
+from lwr_dyn.krl.running.program_run import check_program
+from lwr_dyn.studies.sweep.read_study import read_study
 from tests.hostile.changes import VALUES, changed
 from tests.hostile.folders import bag, machine_data, sweep_folder, xacro
 from tests.hostile.recordings import log_csv, log_parquet, motion_csv, run_file, written
+from tests.krl.mutations import SOURCES
 
 ROOT = Path(__file__).resolve().parents[2]
 GOOD = "tests/hostile/good"
 Reader = Callable[[Path, random.Random], bool | None]
 """Makes an input in a folder and reads it; False or an error of ours: it is refused."""
+MORE_NUMBERS = "nnnnnnnnvrrwdsx"
 
 
 @functools.cache
@@ -40,61 +54,24 @@ def _posed(path: Path) -> None:
     lwr_dyn.forward_kinematics(arm, np.zeros(arm.n))
 
 
-def robot_file(folder: Path, rng: random.Random) -> None:
-    """A robot's TOML."""
-    seeds = (_own_arm(), _own_arm(), _text("lwr_dyn/arms/papers/lwr4.toml"), _text("lwr_dyn/arms/papers/wam7.toml"))
-    _posed(written(folder, "x.toml", changed(rng.choice(seeds), rng)))
+def of_text(ending: str, seeds: Callable[[], tuple[str, ...]], read: Callable[[Path], object]) -> Reader:
+    """A reader of one file of text, one of the seeds with changes."""
+
+    def reader(folder: Path, rng: random.Random) -> None:
+        read(written(folder, f"x{ending}", changed(rng.choice(seeds()), rng)))
+
+    return reader
 
 
 @functools.cache
-def _own_arm() -> str:
-    import tempfile
-
-    with tempfile.TemporaryDirectory() as place:
-        _command("new", "arm", f"{place}/own.toml", "--joints", "RPR")
-        return Path(f"{place}/own.toml").read_text(encoding="utf-8")
+def _robots() -> tuple[str, ...]:
+    own = template("own.toml", "own", "RPR")
+    return own, own, *(_text(f"lwr_dyn/arms/papers/{name}.toml") for name in ("lwr4", "wam7"))
 
 
 @functools.cache
 def _urdfs() -> tuple[str, ...]:
-    own = tuple(_text(f"{GOOD}/{name}.urdf") for name in ("two", "free", "mimic"))
-    return (*own, _text("models/lwr4/lwr4.urdf"))
-
-
-def urdf(folder: Path, rng: random.Random) -> None:
-    """A URDF."""
-    _posed(written(folder, "x.urdf", changed(rng.choice(_urdfs()), rng)))
-
-
-@functools.cache
-def _mjcf() -> tuple[str, ...]:
-    from lwr_dyn.arms.export.mjcf import mjcf_text
-
-    return mjcf_text(_kuka()), _text(f"{GOOD}/tree.xml")
-
-
-def mjcf(folder: Path, rng: random.Random) -> None:
-    """An MJCF that this package wrote, and one of all ways to write a chain."""
-    _posed(written(folder, "x.xml", changed(rng.choice(_mjcf()), rng)))
-
-
-def urdf_judged(folder: Path, rng: random.Random) -> None:
-    """A URDF judged link by link."""
-    from lwr_dyn.checks.urdf.lint import lint_file
-
-    lint_file(written(folder, "x.urdf", changed(rng.choice(_urdfs()), rng)))
-
-
-@functools.cache
-def _programs() -> tuple[tuple[str, str | None], ...]:
-    from tests.krl.mutations import SOURCES
-
-    texts = []
-    for path in SOURCES:
-        data = path.with_suffix(".dat")
-        beside = data.read_text(encoding="latin-1") if data.exists() else None
-        texts.append((path.read_text(encoding="latin-1"), beside))
-    return tuple(texts)
+    return (*(_text(f"{GOOD}/{name}.urdf") for name in ("two", "free", "mimic")), _text("models/lwr4/lwr4.urdf"))
 
 
 @functools.cache
@@ -102,20 +79,39 @@ def _kuka() -> Any:
     return lwr_dyn.load("kr30ha")
 
 
+@functools.cache
+def _mjcf() -> tuple[str, ...]:
+    """One that this package wrote, and one of all ways to write a chain."""
+    return mjcf_text(_kuka()), _text(f"{GOOD}/tree.xml")
+
+
+def _study(path: Path) -> None:
+    """A study of many runs, and the values of its first and last run."""
+    read = read_study(path)
+    for first in {0, read.count - 1}:
+        assert all(len(values) == 1 for values in read.values(first, first + 1).values())
+
+
+@functools.cache
+def _programs() -> tuple[tuple[str, str | None], ...]:
+    data = [path.with_suffix(".dat") for path in SOURCES]
+    beside = [path.read_text(encoding="latin-1") if path.exists() else None for path in data]
+    return tuple(zip((path.read_text(encoding="latin-1") for path in SOURCES), beside, strict=True))
+
+
 def krl(folder: Path, rng: random.Random) -> bool:
     """A KRL program without an error, and inputs from outside; every tenth is moved."""
-    from lwr_dyn.krl.project.program import load_program
-    from lwr_dyn.krl.running.cell import input_values
-    from lwr_dyn.krl.running.controller import MachineData
-    from lwr_dyn.krl.running.program_run import check_program
+
+    def put(name: str, text: str, share: float) -> Path:
+        return written(
+            folder, name, (changed(text, rng) if rng.random() < share else text).encode("latin-1", "replace")
+        )
 
     source, data = rng.choice(_programs())
-    path = written(
-        folder, "x.src", (changed(source, rng) if rng.random() < 0.85 else source).encode("latin-1", "replace")
-    )
+    path = put("x.src", source, 0.85)
     (folder / "x.dat").unlink(missing_ok=True)
     if data is not None:
-        written(folder, "x.dat", (changed(data, rng) if rng.random() < 0.25 else data).encode("latin-1", "replace"))
+        put("x.dat", data, 0.25)
     settings = changed("$IN[3]=TRUE", rng) if rng.random() < 0.5 else "$IN[1]=TRUE"
     try:
         inputs = input_values([settings])
@@ -128,11 +124,7 @@ def krl(folder: Path, rng: random.Random) -> bool:
 
 def cell(folder: Path, rng: random.Random) -> None:
     """A cell file, and the check of a small program in it."""
-    from lwr_dyn.krl.project.program import parse_program
-    from lwr_dyn.krl.running.cell import read_cell, with_cell
-    from lwr_dyn.krl.running.program_run import check_program
-
-    read = read_cell(written(folder, "x.toml", changed(_text(f"{GOOD}/cell.toml"), rng, "nnnnnnnnvrrwdsx")))
+    read = read_cell(written(folder, "x.toml", changed(_text(f"{GOOD}/cell.toml"), rng, MORE_NUMBERS)))
     lines = ("DEF a(JOB :IN)", "DECL INT JOB", "GRIP()", "$OUT[5]=$IN[3] AND NOT $T1", "WAIT FOR $IN[7] AND $IN[8]",
              "BAS(#TOOL,1)", "PTP XHOME", "JOB=JOB+PART+$ERR.NUMBER", "PTP P[2]", "END")  # fmt: skip
     program = with_cell(parse_program("\n".join(lines), name="a"), replace(read, submits=()))
@@ -141,43 +133,26 @@ def cell(folder: Path, rng: random.Random) -> None:
 
 def sheet(folder: Path, rng: random.Random) -> None:
     """A table of numbers, CSV or TOML, linted."""
-    from lwr_dyn.checks.tables.rules import lint, sheet_of_file
-
     name = rng.choice(("sheet.csv", "gains.toml", "rows.toml"))
     lint(sheet_of_file(written(folder, f"x{Path(name).suffix}", changed(_text(f"{GOOD}/{name}"), rng))))
 
 
 @functools.cache
-def _tables() -> dict[str, Any]:
-    from lwr_dyn.arms.papers.catalog import open_paper
-    from lwr_dyn.checks.conventions.printed_table import printed_table
-
-    return {name: printed_table(open_paper(name)) for name in ("lwr4plus", "wam7")}
+def _table(name: str) -> Any:
+    return printed_table(open_paper(name))
 
 
 def evidence(folder: Path, rng: random.Random) -> None:
     """Evidence for a table of a paper."""
-    from lwr_dyn.checks.conventions.evidence import read_evidence
-
     name = rng.choice(("lwr4plus", "wam7"))
-    text = changed(_text(f"lwr_dyn/arms/papers/evidence/{name}.toml"), rng, "nnnnnnnnvrrwdsx")
-    read_evidence(written(folder, "x.toml", text), _tables()[name])
+    text = changed(_text(f"lwr_dyn/arms/papers/evidence/{name}.toml"), rng, MORE_NUMBERS)
+    read_evidence(written(folder, "x.toml", text), _table(name))
 
 
 def tool(folder: Path, rng: random.Random) -> None:
     """An arm with a tool or a mount from a file."""
     what = rng.choice(("tool", "tool", "mount"))
-    path = written(folder, "x.toml", changed(_text(f"{GOOD}/{what}.toml"), rng))
-    lwr_dyn.load("lwr4", **{what: path})
-
-
-def study(folder: Path, rng: random.Random) -> None:
-    """A study of many runs, and the values of its first and last run."""
-    from lwr_dyn.studies.sweep.read_study import read_study
-
-    read = read_study(written(folder, "x.toml", changed(_text(f"{GOOD}/study.toml"), rng)))
-    for first in {0, read.count - 1}:
-        assert all(len(values) == 1 for values in read.values(first, first + 1).values())
+    lwr_dyn.load("lwr4", **{what: written(folder, "x.toml", changed(_text(f"{GOOD}/{what}.toml"), rng))})
 
 
 COMMANDS = (
@@ -187,49 +162,39 @@ COMMANDS = (
     ("lint", "x.toml", "--json"), ("krl", "check", "x.src", "--no-motion"), ("--version",),
     ("new", "arm", "own.toml", "--joints", "RR"),
 )  # fmt: skip
+WORDS = (*VALUES, "--json", "--robot", "--reading", "--tip", "--q", "x.urdf", "/dev/zero", "\0", "n" * 300, "空")
 
 
 def command_line(folder: Path, rng: random.Random) -> bool:
     """`lwr-dyn` with words left out, doubled, exchanged or changed; read: it ends with 0 or 1."""
     words = list(rng.choice(COMMANDS))
-    written(folder, "x.urdf", _urdfs()[0])
-    written(folder, "x.csv", _text(f"{GOOD}/sheet.csv"))
-    written(folder, "x.toml", _text(f"{GOOD}/gains.toml"))
-    written(folder, "x.src", "DEF x( )\nEND\n")
+    texts = (_urdfs()[0], _text(f"{GOOD}/sheet.csv"), _text(f"{GOOD}/gains.toml"), "DEF x( )\nEND\n")
+    for ending, text in zip((".urdf", ".csv", ".toml", ".src"), texts, strict=True):
+        written(folder, f"x{ending}", text)
     if rng.random() < 0.6:
-        i, kind = rng.randrange(len(words)), rng.randrange(5)
-        extra = rng.choice(
-            (*VALUES, "--json", "--robot", "--reading", "--tip", "--q", "x.urdf", "/dev/zero", "\0", "n" * 300, "空")
-        )
+        i, kind, extra = rng.randrange(len(words)), rng.randrange(5), rng.choice(WORDS)
         words[i : i + 1] = ([], [words[i]] * 2, [words[i], extra], [extra], [changed(words[i], rng)])[kind]
     before = Path.cwd()
     os.chdir(folder)
     try:
-        return _command(*words) in (0, 1)
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as said:
+            main(words)
+    except SystemExit as end:
+        if not (end.code in (0, 1) or (end.code == 2 and said.getvalue())):
+            raise AssertionError(f"exit code {end.code}: {said.getvalue()[:200]}") from None
+        return end.code in (0, 1)
     finally:
         os.chdir(before)
-
-
-def _command(*words: str) -> int:
-    """The exit code; what it prints goes nowhere."""
-    from lwr_dyn.cli.main import main
-
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as said:
-        try:
-            main(list(words))
-        except SystemExit as end:
-            code = end.code
-    if not (code in (0, 1) or (code == 2 and said.getvalue())):
-        raise AssertionError(f"exit code {code}: {said.getvalue()[:200]}")
-    return int(code)
+    raise AssertionError("no exit code")
 
 
 READERS: dict[str, Reader] = {
-    "robot TOML": robot_file, "URDF": urdf, "MJCF": mjcf, "URDF judged": urdf_judged, "xacro": xacro,
+    "robot TOML": of_text(".toml", _robots, _posed), "URDF": of_text(".urdf", _urdfs, _posed),
+    "MJCF": of_text(".xml", _mjcf, _posed), "URDF judged": of_text(".urdf", _urdfs, lint_file), "xacro": xacro,
     "CSV log": log_csv, "CSV motion": motion_csv, "Parquet log": log_parquet, "run npz": run_file,
     "KRL and --set": krl, "KRL cell": cell, "lint sheet": sheet, "evidence": evidence, "tool and mount": tool,
-    "study": study, "command line": command_line, "bag": bag, "machine.dat": machine_data,
-    "sweep folder": sweep_folder,
+    "study": of_text(".toml", lambda: (_text(f"{GOOD}/study.toml"),), _study), "command line": command_line, "bag": bag,
+    "machine.dat": machine_data, "sweep folder": sweep_folder,
 }  # fmt: skip
 
 

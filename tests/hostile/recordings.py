@@ -88,13 +88,10 @@ def _retyped(pyarrow: Any, column: list[float], rng: random.Random) -> Any:
         column = [*column[:-1], float(rng.choice(("nan", "inf", "1e308", "-1")))]
     if rng.random() > 0.03:
         return pyarrow.array(column, type=rng.choice((pyarrow.float64(), pyarrow.float64(), pyarrow.float32())))
-    kind = rng.choice(
-        (pyarrow.string(), pyarrow.int32(), pyarrow.list_(pyarrow.float64()), pyarrow.bool_(), pyarrow.null())
-    )
-    values: Any = {
-        "string": [str(x) for x in column],
-        "int32": [int(x) if x is not None and abs(x) < 9 else 0 for x in column],
-    }.get(str(kind))
+    listed = pyarrow.list_(pyarrow.float64())
+    kind = rng.choice((pyarrow.string(), pyarrow.int32(), listed, pyarrow.bool_(), pyarrow.null()))
+    whole = [int(x) if x is not None and abs(x) < 9 else 0 for x in column]
+    values: Any = {"string": [str(x) for x in column], "int32": whole}.get(str(kind))
     return pyarrow.array(values if values is not None else [None] * len(column), type=kind)
 
 
@@ -152,22 +149,14 @@ def _change_array(arrays: dict[str, Any], rng: random.Random) -> None:
 def _record(data: bytes, rng: random.Random) -> bytes:
     record = json.loads(data)
     meta = record["meta"]
+    others = (None, 5, "x", [], {}, ["x"], {"lock": 5}, {"engine": "x"}, True, 1e308, "lwr4plus", {"name": "空"})
+    names = ("loaded_with", "reading", "note", "payload", "audit", "file", "task", "title", "x", "y", "z")
     for _ in range(rng.choice((1, 1, 2))):
-        value = rng.choice(
-            (None, 5, "x", [], {}, ["x"], {"lock": 5}, {"engine": "x"}, True, 1e308, "lwr4plus", {"name": "空"})
-        )
-        key = rng.choice(
-            (*meta, "loaded_with", "reading", "note", "payload", "audit", "file", "task", "title", "x", "y", "z")
-        )
+        value, key = rng.choice(others), rng.choice((*meta, *names))
         target = meta if rng.random() < 0.85 else record
         target[key if target is meta else rng.choice(("events", "schema", "meta", "more"))] = value
     if rng.random() < 0.3 and isinstance(record.get("events"), list):
-        row = [
-            rng.choice((0.1, 1e308, "x", None)),
-            rng.choice(("stop", "空", 5)),
-            rng.choice((None, 1, 9, -1)),
-            rng.choice((None, 0.5)),
-        ]
-        record["events"] = [*record["events"], row]
+        cells = ((0.1, 1e308, "x", None), ("stop", "空", 5), (None, 1, 9, -1), (None, 0.5))
+        record["events"] = [*record["events"], [rng.choice(x) for x in cells]]
     text = json.dumps(record)
     return (changed(text, rng) if rng.random() < 0.1 else text).encode("utf-8", "replace")

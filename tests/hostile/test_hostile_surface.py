@@ -2,13 +2,18 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import FileAccessError, UrdfError
+from lwr_dyn.krl.project.program import parse_program
+from lwr_dyn.krl.running.cell import read_cell, with_cell
+from lwr_dyn.krl.running.program_run import check_program
 from lwr_dyn.model.run import Run
+from tests.hostile.readers import GOOD, ROOT
 
 URDF = """<robot name="x"><link name="base"/><link name="{name}"><inertial><mass value="-1"/>
 <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
@@ -17,39 +22,21 @@ URDF = """<robot name="x"><link name="base"/><link name="{name}"><inertial><mass
 DIGITS = "9" * 400
 
 
-def one_line(answer):
-    code, _, err = answer
-    assert code == 2
-    assert err.startswith("lwr-dyn: ")
-    assert len(err.splitlines()) == 1
-    return err
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
 
 
 @pytest.mark.parametrize(
-    "line", [f"A = {DIGITS} + 1.0", f"A = SQRT({DIGITS})", f"A = B + 'H{DIGITS}'", f"FOR B = 1 TO {DIGITS}"]
-)
-def test_an_integer_of_400_digits(tmp_path, monkeypatch, lwr_dyn_command, line):
-    monkeypatch.chdir(tmp_path)
-    end = "ENDFOR\n" if line.startswith("FOR") else ""
-    (tmp_path / "x.src").write_text(f"DEF x( )\nDECL REAL A\nDECL INT B\n{line}\n{end}END\n")
+    "line",
+    [f"A = {DIGITS} + 1.0", f"A = SQRT({DIGITS})", f"A = B + 'H{DIGITS}'", f"FOR B = 1 TO {DIGITS}\nENDFOR",
+     f"DECL CHAR C[{DIGITS}]\nA = {'9' * 5000}"],
+)  # fmt: skip
+def test_an_integer_of_400_digits(tmp_path, lwr_dyn_command, line):
+    (tmp_path / "x.src").write_text(f"DEF x( )\nDECL REAL A\nDECL INT B\n{line}\nEND\n")
     code, out, err = lwr_dyn_command("krl", "check", "x.src", "--no-motion")
     assert code == 1
-    assert "number-range: 400 digits are no INT" in out + err
-
-
-def test_an_array_of_400_digits_and_one_beyond_what_python_reads(tmp_path, monkeypatch, lwr_dyn_command):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "x.src").write_text(f"DEF x( )\nDECL CHAR C[{DIGITS}]\nDECL INT A\nA = {'9' * 5000}\nEND\n")
-    code, out, err = lwr_dyn_command("krl", "check", "x.src", "--no-motion")
-    assert code == 1
-    assert "5000 digits are no INT" in out + err
-
-
-def test_a_controller_with_a_null_byte(tmp_path, lwr_dyn_command):
-    (tmp_path / "c.py").write_bytes(b"def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return 0 * q\n\0")
-    assert "a null character" in one_line(
-        lwr_dyn_command("simulate", "lwr4plus", "--controller", str(tmp_path / "c.py"))
-    )
+    assert f"{'5000' if 'CHAR' in line else 'number-range: 400'} digits are no INT" in out + err
 
 
 @pytest.fixture
@@ -61,39 +48,32 @@ def standing_run(tmp_path):
     with np.load(tmp_path / "x.npz") as stored:
         arrays = dict(stored)
     np.savez(tmp_path / "x.npz", **(arrays | {"t": np.ones_like(arrays["t"])}))
-    return str(tmp_path / "x.npz")
+    return "x.npz"
 
 
-@pytest.mark.parametrize(
-    "words",
-    [("identify", "motion", "lwr4plus"), ("identify", "friction"), ("krl", "write", "--out", "x.src")],
-)
-def test_a_run_whose_times_are_all_equal(standing_run, words, lwr_dyn_command):
-    answer = lwr_dyn_command(*words, standing_run)
-    assert answer[0] == 2
-    assert "times that do not rise" in answer[2]
+def test_a_run_whose_times_are_all_equal(standing_run, lwr_dyn_command):
+    for words in (("identify", "motion", "lwr4plus"), ("identify", "friction"), ("krl", "write", "--out", "x.src")):
+        code, _, err = lwr_dyn_command(*words, standing_run)
+        assert (code, "times that do not rise" in err) == (2, True), words
     with pytest.raises(FileAccessError, match="times that do not rise"):
         Run.load(standing_run)
 
 
-@pytest.mark.parametrize("where", [".", "..", "/"])
-def test_a_plot_that_is_a_folder(tmp_path, where, lwr_dyn_command):
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [(("simulate", "lwr4plus", "--controller", "c.py"), "a null character"),
+     *((("identify", "friction", "x.csv", "--plot", where), "is a directory") for where in (".", "..", "/"))],
+)  # fmt: skip
+def test_a_null_byte_and_a_plot_that_is_a_folder_are_one_line(tmp_path, words, says, lwr_dyn_command):
+    (tmp_path / "c.py").write_bytes(b"def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return 0 * q\n\0")
     (tmp_path / "x.csv").write_text("time,q1,tau1\n0,0,0\n")
-    assert "is a directory" in one_line(
-        lwr_dyn_command("identify", "friction", str(tmp_path / "x.csv"), "--plot", where)
-    )
+    code, _, err = lwr_dyn_command(*words)
+    assert (code, err.startswith("lwr-dyn: "), len(err.splitlines()), says in err) == (2, True, 1, True)
 
 
 @pytest.mark.parametrize("number", ["S 1e999, T 2", "S 2, T 1e999"])
 def test_a_status_or_turn_of_a_cell_that_no_number_is(tmp_path, number):
     """Found by the fuzz: an OverflowError."""
-    from dataclasses import replace
-
-    from lwr_dyn.krl.project.program import parse_program
-    from lwr_dyn.krl.running.cell import read_cell, with_cell
-    from lwr_dyn.krl.running.program_run import check_program
-    from tests.hostile.readers import GOOD, ROOT
-
     good = (ROOT / GOOD / "cell.toml").read_text(encoding="utf-8")
     (tmp_path / "x.toml").write_text(good.replace("S 2, T 10", number), encoding="utf-8")
     cell = replace(read_cell(tmp_path / "x.toml"), submits=())
@@ -108,28 +88,22 @@ COMMAND = re.compile(r"^\s*::|##\[", re.MULTILINE)
 
 @pytest.mark.parametrize("name", ["x\n::error::y.urdf", "::error::y.urdf", "a##[error]y.urdf", "\x1b[2Jy.urdf"])
 @pytest.mark.parametrize("option", [(), ("--github",)])
-def test_file_names_are_no_commands_of_a_log(tmp_path, monkeypatch, lwr_dyn_command, name, option):
-    monkeypatch.chdir(tmp_path)
+def test_file_names_are_no_commands_of_a_log(tmp_path, lwr_dyn_command, name, option):
     (tmp_path / name).write_text(URDF.format(name="arm"), encoding="utf-8")
     for given in (name, "."):
         code, out, _ = lwr_dyn_command("lint", given, *option)
-        assert code == 1
-        lines = [line for line in out.splitlines() if not line.startswith("::error file=")]
-        assert lines
-        assert not COMMAND.search("\n".join(lines))
-        assert "\x1b" not in "\n".join(lines)
+        text = "\n".join(line for line in out.splitlines() if not line.startswith("::error file="))
+        assert (code, bool(text), COMMAND.search(text), "\x1b" in text) == (1, True, None, False)
 
 
 @pytest.mark.parametrize("name", ["x&#10;::error::y", "x&#13;::error::y", "x##[error]", "x&#x85;y"])
-def test_names_of_xml_are_no_commands_of_a_log(tmp_path, monkeypatch, lwr_dyn_command, name):
-    monkeypatch.chdir(tmp_path)
+def test_names_of_xml_are_no_commands_of_a_log(tmp_path, lwr_dyn_command, name):
     (tmp_path / "x.urdf").write_text(URDF.format(name=name), encoding="utf-8")
     code, out, _ = lwr_dyn_command("lint", "x.urdf")
-    assert code == 1
-    assert not COMMAND.search(out)
+    assert (code, COMMAND.search(out)) == (1, None)
     out = lwr_dyn_command("lint", "x.urdf", "--github")[1]
-    assert all(line.startswith(("::error file=x.urdf", "::warning file=x.urdf", "::notice file=x.urdf", "x.urdf: "))
-               for line in out.split("\n") if line)  # fmt: skip
+    starts = ("::error file=x.urdf", "::warning file=x.urdf", "::notice file=x.urdf", "x.urdf: ")
+    assert all(line.startswith(starts) for line in out.split("\n") if line)
     assert json.loads(lwr_dyn_command("lint", "x.urdf", "--json")[1])["findings"]
 
 

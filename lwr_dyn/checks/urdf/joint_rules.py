@@ -72,12 +72,12 @@ def loops(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 def unknown_mimics(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """A joint mimics a joint that the file does not have, or itself."""
-    joints = {joint.name for joint in document.joints}
+    joints = tuple(joint.name for joint in document.joints)
     for joint in document.joints:
         element = joint.element.child("mimic")
         if element is not None and (joint.mimic not in joints or joint.mimic == joint.name):
             said = "itself" if joint.mimic == joint.name else f"{joint.mimic!r}, which is no joint of the file"
-            meant = nearest(joint.mimic or "", tuple(joints - {joint.name}))
+            meant = nearest(joint.mimic or "", tuple(name for name in joints if name != joint.name))
             yield UrdfFinding(
                 f"it mimics {said}", "it has nothing to follow", element.place, joint.subject,
                 tag_text(element, joint=meant) if meant else "",

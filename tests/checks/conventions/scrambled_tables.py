@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lwr_dyn.checks.conventions import printed_table
 from lwr_dyn.checks.conventions.evidence import (
     DerivedNumber,
     Evidence,
@@ -21,15 +22,6 @@ from lwr_dyn.checks.conventions.evidence import (
     second_tensors,
 )
 from lwr_dyn.checks.conventions.hypotheses import frame_vectors, other_ends
-from lwr_dyn.checks.conventions.printed_table import (
-    AXES,
-    TENSOR,
-    LinkChoice,
-    PrintedTable,
-    TableChoice,
-    TableReading,
-    moved_axes,
-)
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.chain import Body, Chain, Convention, DHRow, JointKind, link_frames, with_bodies
@@ -44,9 +36,9 @@ _OFF = ~np.eye(3, dtype=bool)
 class ScrambledTable:
     """A scrambled table with what is published beside it, and the truth."""
 
-    table: PrintedTable
+    table: printed_table.PrintedTable
     evidence: Evidence
-    truth: TableReading
+    truth: printed_table.TableReading
     bodies: tuple[Body, ...]
     """Unrounded."""
     chain: Chain
@@ -62,7 +54,7 @@ def scrambled_table(rng: np.random.Generator) -> ScrambledTable:
     rows = _rows(rng, n)
     kinds = tuple(JointKind.PRISMATIC if rng.random() < 0.05 else JointKind.REVOLUTE for _ in range(n))
     flange = Pose(np.eye(3), np.array([0.0, 0.0, round(float(rng.uniform(0.05, 0.15)), 3)]))
-    frames = PrintedTable(
+    frames = printed_table.PrintedTable(
         name="scrambled", joints=tuple(f"joint_{i + 1}" for i in range(n)), rows=rows, kinds=kinds, mass=np.zeros(n),
         com=np.zeros((n, 3)), inertia=np.zeros((n, 3, 3)), mass_step=1e-4, com_step=1e-5, inertia_step=1e-6,
         flange=flange,
@@ -83,18 +75,17 @@ SHORTEST = 0.6
 
 
 def _rows(rng: np.random.Generator, n: int) -> tuple[DHRow, ...]:
-    while True:
-        rows = tuple(_row(rng) for _ in range(n))
-        if sum(math.hypot(row.a, row.d) for row in rows) >= SHORTEST:
-            return rows
-
-
-def _row(rng: np.random.Generator) -> DHRow:
     def length(share: float, low: float, high: float) -> float:
         return round(float(rng.uniform(low, high)), 3) if rng.random() < share else 0.0
 
-    alpha = (0.0, math.pi / 2, -math.pi / 2)[int(rng.choice(3, p=(0.2, 0.4, 0.4)))]
-    return DHRow(alpha, length(0.5, -0.4, 0.4), length(0.6, 0.1, 0.5))
+    def row() -> DHRow:
+        alpha = (0.0, math.pi / 2, -math.pi / 2)[int(rng.choice(3, p=(0.2, 0.4, 0.4)))]
+        return DHRow(alpha, length(0.5, -0.4, 0.4), length(0.6, 0.1, 0.5))
+
+    rows: list[DHRow] = []
+    while sum(math.hypot(x.a, x.d) for x in rows) < SHORTEST:
+        rows = [row() for _ in range(n)]
+    return tuple(rows)
 
 
 def _bodies(rng: np.random.Generator, ends: Array) -> tuple[list[Body], tuple[int, ...]]:
@@ -126,7 +117,7 @@ def _body(rng: np.random.Generator, mass: float, end: Array) -> Body:
     return whole
 
 
-def _reading(rng: np.random.Generator, n: int, convention: Convention) -> TableReading:
+def _reading(rng: np.random.Generator, n: int, convention: Convention) -> printed_table.TableReading:
     """How the table is printed: a rule for the signs, now and then a link against it, now and then axes exchanged."""
     about = ("com", "origin")[rng.integers(2)]
     com_from = "other end" if rng.random() < 0.2 else "own frame"
@@ -137,23 +128,27 @@ def _reading(rng: np.random.Generator, n: int, convention: Convention) -> TableR
     for i in range(n):
         other = "integral" if rule == "tensor" else "tensor"
         products = other if i in against else rule
-        axes = AXES[rng.integers(1, 6)] if i in moved else "xyz"
+        axes = printed_table.AXES[rng.integers(1, 6)] if i in moved else "xyz"
         moves = "row" if i in moved and rng.random() < 0.3 else "tensor"
-        links.append(LinkChoice(products, axes, moves))  # type: ignore[arg-type]
+        links.append(printed_table.LinkChoice(products, axes, moves))  # type: ignore[arg-type]
     shift = 1 if rng.random() < 0.15 else 0
-    return TableReading(TableChoice(convention, about, com_from), tuple(links), shift)  # type: ignore[arg-type]
+    return printed_table.TableReading(printed_table.TableChoice(convention, about, com_from), tuple(links), shift)  # type: ignore[arg-type]
 
 
 def _printed(
-    rng: np.random.Generator, frames: PrintedTable, bodies: list[Body], truth: TableReading, ends: Array
-) -> PrintedTable:
+    rng: np.random.Generator,
+    frames: printed_table.PrintedTable,
+    bodies: list[Body],
+    truth: printed_table.TableReading,
+    ends: Array,
+) -> printed_table.PrintedTable:
     """The table as it is printed under a reading: the inverse of what `link_options` does."""
     coms, tensors = np.zeros((len(bodies), 3)), []
     for i, body in enumerate(bodies):
         choice = truth.links[i]
         tensor = body.inertia_com if truth.table.about == "com" else body.inertia_origin()
         place = body.com - (ends[i] if truth.table.com_from == "other end" else 0.0)
-        back = np.argsort(moved_axes(choice.axes))
+        back = np.argsort(printed_table.moved_axes(choice.axes))
         tensor = tensor[np.ix_(back, back)]
         tensors.append(np.where(_OFF, -tensor, tensor) if choice.products == "integral" else tensor)
         coms[i] = place[back] if choice.moves == "row" else place
@@ -170,7 +165,12 @@ def _printed(
 
 
 def _evidence(
-    rng: np.random.Generator, table: PrintedTable, chain: Chain, bodies: list[Body], truth: TableReading, kind: str
+    rng: np.random.Generator,
+    table: printed_table.PrintedTable,
+    chain: Chain,
+    bodies: list[Body],
+    truth: printed_table.TableReading,
+    kind: str,
 ) -> Evidence:
     tensors = _second(rng, bodies, truth) if kind in ("second tensors", "both") else None
     numbers = _numbers(rng, chain) if kind in ("numbers", "both") else ()
@@ -178,13 +178,13 @@ def _evidence(
     return Evidence(numbers=numbers, tensors=tensors, places=places)
 
 
-def _second(rng: np.random.Generator, bodies: list[Body], truth: TableReading) -> SecondTensors:
+def _second(rng: np.random.Generator, bodies: list[Body], truth: printed_table.TableReading) -> SecondTensors:
     digits = int(rng.integers(4, 6))
     other = "origin" if truth.table.about == "com" else "com"
     tensors = [b.inertia_origin() if other == "origin" else b.inertia_com for b in bodies]
     known = rng.random() < 0.7
     sign = 1.0 if known or rng.random() < 0.5 else -1.0
-    texts = [[f"{(sign if r != c else 1.0) * t[r, c]:.{digits}g}" for r, c in TENSOR] for t in tensors]
+    texts = [[f"{(sign if r != c else 1.0) * t[r, c]:.{digits}g}" for r, c in printed_table.TENSOR] for t in tensors]
     return second_tensors(texts, other, ("tensor",) if known else ("tensor", "integral"))  # type: ignore[arg-type]
 
 
@@ -208,21 +208,20 @@ def _place(rng: np.random.Generator, chain: Chain) -> FlangePlace:
     return FlangePlace(q, np.round(flange[:3, 3], 4), 0.5e-4)
 
 
-def same_bodies(table: PrintedTable, found: tuple[Body, ...], truth: tuple[Body, ...]) -> bool:
+def same_bodies(table: printed_table.PrintedTable, found: tuple[Body, ...], truth: tuple[Body, ...]) -> bool:
     """The same inertia parameters to the printed digits.
 
     Masses, coms and tensors about the com differ by no more than rounding of the printed cells can make.
     """
-    return all(_same_body(table, a, b) for a, b in zip(found, truth, strict=True))
+    return all(
+        abs(a.mass - b.mass) <= table.mass_step
+        and np.abs(a.com - b.com).max() <= table.com_step
+        and np.abs(a.inertia_com - b.inertia_com).max() <= rounding_of_tensor(table, b)
+        for a, b in zip(found, truth, strict=True)
+    )
 
 
-def _same_body(table: PrintedTable, a: Body, b: Body) -> bool:
-    close_com = np.abs(a.com - b.com).max() <= table.com_step
-    close = np.abs(a.inertia_com - b.inertia_com).max() <= rounding_of_tensor(table, b)
-    return bool(abs(a.mass - b.mass) <= table.mass_step and close_com and close)
-
-
-def rounding_of_tensor(table: PrintedTable, body: Body) -> float:
+def rounding_of_tensor(table: printed_table.PrintedTable, body: Body) -> float:
     """What rounding of mass, com and tensor by a whole last digit can do to a tensor moved by m c^2 [kg m^2]."""
     reach = float(np.linalg.norm(body.com))
     return table.inertia_step + 2 * body.mass * reach * table.com_step + table.mass_step * reach**2

@@ -38,36 +38,28 @@ def read():
     return lambda text: parse_evidence(text, "e.toml", table)
 
 
-def test_a_place_is_read_in_metres_with_the_coarsest_digit(read):
+def test_a_place_and_tensors_are_read_in_si_with_the_coarsest_digit(read):
     (place,) = read(PLACE).places
-    assert place.xyz == pytest.approx([0.3105, 0.0, 0.20025])
-    assert place.half == pytest.approx(0.5e-3)  # of "0" mm; 0.05 mm and 0.005 mm of the others
-    assert place.q == pytest.approx([0, np.pi / 2, 0, 0, 0, 0, 0])
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "says"),
-    [
-        (', "200.25"]', "]", "2 entries"),
-        ('"200.25"]', '"200.25", "1"]', "4 entries"),
-        ('where = "p. 3"', 'where = "p. 3"\ncolour = 1', "colour"),
-        ("[0, 90, 0, 0, 0, 0, 0]", "[0, 90]", "7 numbers"),
-        ('"310.5"', "310.5", "without its digits"),
-    ],
-)
-def test_a_wrong_place_is_refused(read, old, new, says):
-    with pytest.raises(LwrDynError, match=says) as refusal:
-        read(PLACE.replace(old, new))
-    assert "place[0]" in str(refusal.value)
-
-
-def test_tensors_have_their_point_and_the_signs_that_are_possible(read):
+    assert (*place.xyz, place.half, *place.q) == pytest.approx((0.3105, 0.0, 0.20025, 0.5e-3, 0, np.pi / 2, *[0] * 5))
     rows = ", ".join(["['0.25', '0.5', '0.5', '-', '-', '-']"] * 7)
     tensors = read(TENSORS.format(products="'tensor'", rows=rows)).tensors
     assert (tensors.about, tensors.products) == ("origin", ("tensor",))
     assert tensors.half[6, :2] == pytest.approx([0.005, 0.05])
     assert np.isnan(tensors.values[:, 3:]).all()
     assert read(TENSORS.format(products="'unknown'", rows=rows)).tensors.products == ("tensor", "integral")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        (', "200.25"]', "]", "2 entries"), ('"200.25"]', '"200.25", "1"]', "4 entries"),
+        ('where = "p. 3"', 'where = "p. 3"\ncolour = 1', "colour"), ("[0, 90, 0, 0, 0, 0, 0]", "[0, 90]", "7 numbers"),
+        ('"310.5"', "310.5", "without its digits"),
+    ],
+)  # fmt: skip
+def test_a_wrong_place_is_refused(read, old, new, says):
+    with pytest.raises(LwrDynError, match=rf"place\[0\].*{says}"):
+        read(PLACE.replace(old, new))
 
 
 ROW = "['1.0', '1.0', '1.0', '-', '-', '-']"
@@ -87,12 +79,10 @@ NUMBER = '[[number]]\nquantity = "{}"\njoint = "joint_1"\nvalue = {}\nunit = "{}
          "evidence: number[0].value: '2.9 Nm', no digits; allowed: a number as printed, such as \"2.908\""),
         (NUMBER.format("inertia", "2.9", "kg m^2", "0, 0, 0, 0, 0, 0, 0"),
          "evidence: number[0].value: 2.9, a number without its digits; allowed: text as printed, such as \"2.908\""),
-        ("[arm]\nalike = [['link_1', 'link_1']]\n",
-         "evidence: e.toml: arm.alike: ['link_1', 'link_1']; allowed: lists of two or more different links"),
-        ("[arm]\nalike = [['link_1', 'link_2', 'link_1']]\n",
-         "evidence: e.toml: arm.alike: ['link_1', 'link_2', 'link_1']; allowed: lists of two or more different links"),
-        ("[arm]\nalike = ['link_1']\n",
-         "evidence: e.toml: arm.alike: 'link_1'; allowed: lists of two or more different links"),
+        *((f"[arm]\nalike = {given}\n",
+           f"evidence: e.toml: arm.alike: {said}; allowed: lists of two or more different links") for given, said in (
+            ("[['link_1', 'link_1']]", "['link_1', 'link_1']"), ("['link_1']", "'link_1'"),
+            ("[['link_1', 'link_2', 'link_1']]", "['link_1', 'link_2', 'link_1']"))),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_said_with_its_place(read, text, says):
@@ -106,17 +96,17 @@ def test_evidence_made_in_code_is_checked_against_the_table():
     posed = DerivedNumber("inertia", 0, evidence_number("2.9"))
     with pytest.raises(EvidenceError, match="evidence: b11: no pose; allowed: q, or a largest B_ii"):
         Evidence((posed,)).check(table)
-    for unknown in (Evidence((replace(posed, joint=7),)), Evidence(alike=((0, 7),))):
-        with pytest.raises(UnknownNameError, match="no joint of lwr4plus named '8'; known: joint_1, joint_2"):
-            unknown.check(table)
-    place = FlangePlace(np.zeros(6), np.zeros(3), 0.1)
-    for short in (Evidence((replace(posed, q=np.zeros(6)),)), Evidence(places=(place,))):
-        with pytest.raises(ShapeError):
-            short.check(table)
+    places = (FlangePlace(np.zeros(6), np.zeros(3), 0.1),)
+    for given, error, says in (
+        (Evidence((replace(posed, joint=7),)), UnknownNameError, "no joint of lwr4plus named '8'; known: joint_1"),
+        (Evidence(alike=((0, 7),)), UnknownNameError, "no joint of lwr4plus named '8'"),
+        (Evidence((replace(posed, q=np.zeros(6)),)), ShapeError, "6"), (Evidence(places=places), ShapeError, "6"),
+    ):  # fmt: skip
+        with pytest.raises(error, match=says):
+            given.check(table)
 
 
 def test_numbers_of_outer_joints_come_first(read):
     number = '[[number]]\nquantity = "worst inertia"\njoint = "{}"\nvalue = "2.9"\nunit = "kg m^2"\nwhere = ""\n'
     evidence = read("".join(map(number.format, ("joint_2", "joint_7", "joint_1"))))
-    assert [x.joint for x in evidence.outermost_first] == [6, 1, 0]
-    assert [x.name for x in evidence.outermost_first] == ["b77", "b22", "b11"]
+    assert [(x.joint, x.name) for x in evidence.outermost_first] == [(6, "b77"), (1, "b22"), (0, "b11")]

@@ -3,39 +3,32 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.checks.conventions.hypotheses import (
-    alike_links,
-    frame_vectors,
-    mirror_misses,
-    other_ends,
-    shifted,
-    shortfalls,
-    with_rows_moved,
-)
+from lwr_dyn.checks.conventions import hypotheses
 from lwr_dyn.checks.conventions.printed_table import LinkChoice, LinkOptions, link_options
 from lwr_dyn.model.chain import Body, Convention, JointKind, is_physical
 from lwr_dyn.model.spatial import Pose, from_rpy
-from tests.checks.conventions.identifiable import open_choices
+from tests.checks.conventions.recovery import open_choices
 from tests.checks.conventions.scrambled_tables import same_bodies, scrambled_table
+
+
+def read_as(one, links):
+    """A scrambled table and its bodies, each link read so."""
+    table = hypotheses.with_rows_moved(one.table, one.truth.shift)
+    ends = hypotheses.other_ends(table, one.truth.table.convention)
+    return table, tuple(link_options(table, i, one.truth.table, ends[i], (c,)).body(0) for i, c in enumerate(links))
 
 
 @pytest.mark.parametrize("seed", range(30))
 def test_a_table_read_as_it_was_printed_gives_its_bodies(seed):
     one = scrambled_table(np.random.default_rng([11, seed]))
-    table = with_rows_moved(one.table, one.truth.shift)
-    ends = other_ends(table, one.truth.table.convention)
-    bodies = [link_options(table, i, one.truth.table, ends[i], (c,)).body(0) for i, c in enumerate(one.truth.links)]
-    assert same_bodies(table, tuple(bodies), one.bodies)
+    assert same_bodies(*read_as(one, one.truth.links), one.bodies)
 
 
-def test_other_readings_give_other_bodies():
+@pytest.mark.parametrize("wrong", [LinkChoice("integral"), LinkChoice("tensor", "zxy")])
+def test_other_readings_give_other_bodies(wrong):
     one = scrambled_table(np.random.default_rng([11, 1]))
-    table = with_rows_moved(one.table, one.truth.shift)
-    ends = other_ends(table, one.truth.table.convention)
-    for wrong in (LinkChoice("integral"), LinkChoice("tensor", "zxy")):
-        links = [wrong if c != wrong else LinkChoice("tensor", "yxz") for c in one.truth.links]
-        bodies = [link_options(table, i, one.truth.table, ends[i], (c,)).body(0) for i, c in enumerate(links)]
-        assert not same_bodies(table, tuple(bodies), one.bodies)
+    links = [wrong if c != wrong else LinkChoice("tensor", "yxz") for c in one.truth.links]
+    assert not same_bodies(*read_as(one, links), one.bodies)
 
 
 def options_of(bodies, deviation=0.0):
@@ -54,54 +47,43 @@ def test_feasibility_is_that_of_physical():
     for _ in range(300):
         turn = from_rpy(rng.uniform(-3, 3, 3))
         bodies.append(Body(1.0, np.zeros(3), turn @ np.diag(rng.uniform(-0.2, 1.0, 3)) @ turn.T))
-    found = (shortfalls(options_of(bodies), np.full(300, np.inf)) <= 1e-12).all(axis=-1)
+    found = (hypotheses.shortfalls(options_of(bodies), np.full(300, np.inf)) <= 1e-12).all(axis=-1)
     expected = [is_physical(Body(b.mass, b.com, (b.inertia_com + b.inertia_com.T) / 2)) for b in bodies]
     assert list(found) == expected
     assert 30 < sum(expected) < 270
 
 
-def test_too_large_a_radius_of_gyration_is_no_body():
-    body = Body(2.0, np.zeros(3), np.diag([0.02, 0.02, 0.02]))  # 0.1 m
-    short = shortfalls(options_of([body, body]), np.array([0.09, 0.11]))
+def test_a_radius_of_gyration_and_the_fullness_of_bodies():
+    """0.1 m is too large where 0.09 m are allowed; a flat body is less full, and one beyond the triangle is none."""
+    body = Body(2.0, np.zeros(3), np.diag([0.02, 0.02, 0.02]))
+    short = hypotheses.shortfalls(options_of([body, body]), np.array([0.09, 0.11]))
     assert short[0, 2] > 0.0 >= short[1, 2]
+    moments = [np.diag([1.0, 1.0, largest]) for largest in (1.99, 1.2, 2.5)]
+    flat, full, gone = options_of([Body(1.0, np.zeros(3), x) for x in moments]).log_inertia_volume
+    assert (flat < full, gone) == (True, -np.inf)
 
 
-def test_fuller_bodies_have_larger_fullness():
-    flat, full = Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 1.99])), Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 1.2]))
-    gone = Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.5]))
-    a, b, c = options_of([flat, full, gone]).log_inertia_volume
-    assert c == -np.inf
-    assert a < b
+TENSOR = np.array([[0.04, 0.001, 0.002], [0.001, 0.03, 0.004], [0.002, 0.004, 0.02]])
 
 
-def test_mirror_images_agree_and_a_flipped_product_does_not():
-    tensor = np.array([[0.04, 0.001, 0.002], [0.001, 0.03, 0.004], [0.002, 0.004, 0.02]])
-    body = Body(2.0, np.array([0.01, 0.07, -0.03]), tensor)
-    turn = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
-    image = body.seen_from(Pose(turn, np.zeros(3)))
+def test_mirror_images_agree_and_flipped_products_do_not():
+    """One product of the image; two of the body itself: turning x would give these, and takes the com elsewhere."""
+    body = Body(2.0, np.array([0.01, 0.07, -0.03]), TENSOR)
+    image = body.seen_from(Pose(np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]), np.zeros(3)))
     flipped = Body(2.0, image.com, np.where(np.eye(3, dtype=bool), 1.0, -1.0) * image.inertia_com)
-    misses = mirror_misses(options_of([body]), options_of([image, flipped]), [0], [0, 1])
-    assert misses[0, 0] < 1e-12
-    assert misses[0, 1] > 0.01
+    misses = hypotheses.mirror_misses(options_of([body]), options_of([image, flipped]), [0], [0, 1])
+    assert misses[0, 0] < 1e-12 < 0.01 < misses[0, 1]
+    turn, off = np.diag([-1.0, 1.0, 1.0]), np.array([0.05, 0.07, -0.03])
+    body, half = Body(2.0, off, TENSOR), Body(2.0, off, turn @ TENSOR @ turn)
+    assert hypotheses.mirror_misses(options_of([body]), options_of([half]), [0], [0])[0, 0] > 0.01
 
 
 def test_repeated_links_are_found_by_mass_and_com():
     for seed in range(40):
         one = scrambled_table(np.random.default_rng([12, seed]))
         if len(one.alike) > 1:
-            groups = alike_links(one.table, np.array([b.com for b in one.bodies]))
+            groups = hypotheses.alike_links(one.table, np.array([b.com for b in one.bodies]))
             assert set(one.alike) in [set(g) for g in groups]
-
-
-def test_two_products_flipped_are_no_mirror_image_about_this_com():
-    """Turning x about would give this tensor, and takes the com elsewhere."""
-    tensor = np.array([[0.04, 0.001, 0.002], [0.001, 0.03, 0.004], [0.002, 0.004, 0.02]])
-    turn = np.diag([-1.0, 1.0, 1.0])
-    body, half = (
-        Body(2.0, np.array([0.05, 0.07, -0.03]), tensor),
-        Body(2.0, np.array([0.05, 0.07, -0.03]), turn @ tensor @ turn),
-    )
-    assert mirror_misses(options_of([body]), options_of([half]), [0], [0])[0, 0] > 0.01
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -110,7 +92,7 @@ def test_the_other_end_of_a_link_follows_from_the_frames(seed):
     one = scrambled_table(np.random.default_rng([15, seed]))
     for convention in Convention:
         links = one.table.chain(convention).links
-        ends, vectors = other_ends(one.table, convention), frame_vectors(one.table, convention)
+        ends, vectors = hypotheses.other_ends(one.table, convention), hypotheses.frame_vectors(one.table, convention)
         for i, link in enumerate(links):
             if link.kind is JointKind.PRISMATIC:
                 continue
@@ -128,10 +110,10 @@ def test_the_other_end_of_a_link_follows_from_the_frames(seed):
 
 def test_rows_that_fall_out_fill_the_blank_cell():
     one = next(t for k in range(200) if (t := scrambled_table(np.random.default_rng([13, k]))).truth.shift)
-    moved = with_rows_moved(one.table, 1)
+    moved = hypotheses.with_rows_moved(one.table, 1)
     assert np.isnan(one.table.com[-1]).all()
     assert np.array_equal(moved.com[-1], one.table.origin[-1])
-    assert np.isnan(shifted(one.table.origin, 1)[0]).all()
+    assert np.isnan(hypotheses.shifted(one.table.origin, 1)[0]).all()
 
 
 @pytest.mark.slow

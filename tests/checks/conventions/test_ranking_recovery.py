@@ -1,6 +1,7 @@
 """The readings of scrambled tables are recovered; the thousand run in `scripts/soak.py recovery`."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -45,12 +46,19 @@ def test_the_truth_is_missed_when_its_evidence_is_another_arms():
     assert same_bodies(one.table, found.best.bodies, one.bodies)  # the second tensors still decide it
 
 
-def test_shortest_number_in_a_range():
-    assert shortest_between(0.23, 0.34) == 0.3
-    assert shortest_between(-0.0207, -0.0205) == -0.0206
+THIRD = 1.0 / 3.0
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "shortest"),
+    [(0.23, 0.34, 0.3), (-0.0207, -0.0205, -0.0206), (-0.02386, -0.02372, -0.0238), (0.4, 1.6, 1.0), (-3.2, -2.9, -3.0),
+     (THIRD, THIRD, THIRD), (THIRD, math.nextafter(THIRD, 1.0), THIRD)],  # narrower than sixteen digits: its middle
+)  # fmt: skip
+def test_the_number_of_fewest_decimals_in_a_range(low, high, shortest):
+    assert shortest_between(low, high) == pytest.approx(shortest, rel=1e-16)
+    assert low <= shortest_between(low, high) <= high
 
 
 def test_cells_are_named_as_papers_do():
-    assert CellChange("com", 4, 2, 0.0, 0.0).name == "c5z"
-    assert CellChange("inertia", 1, 5, 0.0, 0.0).name == "I2yz"
-    assert CellChange("mass", 2, 0, 0.0, 0.0).name == "m3"
+    cells = (("com", 4, 2), ("inertia", 1, 5), ("mass", 2, 0))
+    assert [CellChange(*cell, 0.0, 0.0).name for cell in cells] == ["c5z", "I2yz", "m3"]

@@ -11,7 +11,6 @@ from lwr_dyn.checks.engines.child_process import Loaded
 from lwr_dyn.checks.engines.engine import ENGINES
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from tests.checks.engines.committed import COUPLED, MODELS, Pair, committed_models, compared, pairs
-from tests.checks.engines.small_files import TWO
 from tests.optional import need
 
 STATES = 5
@@ -52,13 +51,6 @@ def test_a_fault_in_a_file_is_seen(tmp_path, name):
     assert "flange" in compared(replace(moved, path=path), STATES)[1]
 
 
-@pytest.fixture(scope="module")
-def two(tmp_path_factory):
-    path = tmp_path_factory.mktemp("two") / "two.urdf"
-    path.write_text(TWO, encoding="utf-8")
-    return path
-
-
 def exactly(reference, links=("base", "upper", "lower", "tool"), rotors=True):
     """What an engine has that computes as we do, with or without rotors."""
     x, dynamics = reference.states, newton_euler_dynamics(reference.arm.chain)
@@ -71,8 +63,8 @@ def exactly(reference, links=("base", "upper", "lower", "tool"), rotors=True):
 
 
 @pytest.fixture(scope="module")
-def reference(two):
-    return losses.reference_of(two, None, {})
+def reference(kept):
+    return losses.reference_of(kept, None, {})
 
 
 def test_an_engine_that_computes_as_we_do_agrees_and_one_part_in_a_billion_is_seen(reference):
@@ -116,23 +108,23 @@ def test_what_happened_to_a_feature_is_told_from_torques_and_records(reference):
     def of(feature, *loaded, expected=ours):
         return losses.feature_loss("mujoco", feature, loaded, expected, reference)
 
-    assert of("rotor inertia", whole, without).verdict == "kept"
-    ignored = of("rotor inertia", whole, whole)
-    assert (ignored.verdict, ignored.detail, ignored.is_loss) == ("ignored", "", True)
-    assert ignored.torque == pytest.approx(np.abs(rotor).max())
-    assert ignored.relative == pytest.approx(np.abs(rotor).max() / np.abs(whole.torque).max())
-    half = of("rotor inertia", replace(whole, mass=3.5), replace(whole, torque=whole.torque - 0.5 * rotor))
-    assert (half.verdict, half.detail) == ("misread", "+0.5 kg with it")
-    assert half.torque == pytest.approx(0.5 * np.abs(rotor).max())
-    assert of("viscous friction", whole, whole).verdict == "recorded, not in its torque"
-    assert of("viscous friction", replace(whole, held={}), replace(whole, held={})).verdict == "ignored"
-    assert of("effort limits", whole, whole, expected=(ours[0], ours[0])).verdict == "recorded"
-    zeros = of("zero inertials", whole, replace(whole, mass=4.0))
-    assert (zeros.verdict, zeros.is_loss) == ("kept", False)
-    assert zeros.detail == f"without them {np.abs(rotor).max():.2g} N m: +1 kg without"
-    silent = replace(whole, torque=np.zeros(0))
-    assert of("rotor inertia", silent, silent).verdict == "no dynamics"
-    assert of("position limits", silent, silent, expected=None).verdict == "recorded"
+    turn, share = np.abs(rotor).max(), np.abs(rotor).max() / np.abs(whole.torque).max()
+    half = replace(whole, mass=3.5), replace(whole, torque=whole.torque - 0.5 * rotor)
+    bare, silent = replace(whole, held={}), replace(whole, torque=np.zeros(0))
+    for found, verdict, detail in (
+        (of("rotor inertia", whole, without), "kept", ""), (of("rotor inertia", whole, whole), "ignored", ""),
+        (of("rotor inertia", *half), "misread", "+0.5 kg with it"),
+        (of("rotor inertia", silent, silent), "no dynamics", ""),
+        (of("viscous friction", whole, whole), "recorded, not in its torque", ""),
+        (of("viscous friction", bare, bare), "ignored", ""),
+        (of("effort limits", whole, whole, expected=(ours[0], ours[0])), "recorded", ""),
+        (of("zero inertials", whole, replace(whole, mass=4.0)), "kept", f"without them {turn:.2g} N m: +1 kg without"),
+        (of("position limits", silent, silent, expected=None), "recorded", ""),
+    ):  # fmt: skip
+        assert (found.verdict, found.detail) == (verdict, detail)
+        assert found.is_loss == (verdict in ("ignored", "misread", "recorded, not in its torque"))
+    lost = [(x.torque, x.relative) for x in (of("rotor inertia", whole, whole), of("rotor inertia", *half))]
+    assert lost == [pytest.approx((turn, share)), pytest.approx((0.5 * turn, 0.5 * share))]
     for name, value, says in (("upper", 1.5, "upper of j1: 1.5 for 2"), ("lower", -1.0, "lower of j1: -1 for -2")):
         changed = replace(silent, held=whole.held | {name: np.array([value, np.inf])})
         wrong = of("position limits", changed, changed)
@@ -160,10 +152,10 @@ def test_shapes_that_weigh_and_links_that_are_gone(reference):
         assert (merged.verdict, merged.detail) == ("merged", f"{says}: no longer there by name")
 
 
-def test_the_first_way_that_has_what_is_lost_restores_it(reference, two, tmp_path):
+def test_the_first_way_that_has_what_is_lost_restores_it(reference, kept, tmp_path):
     whole, without = exactly(reference), exactly(reference, rotors=False)
     links = whole.links
-    ways = {engine: losses.candidates(engine, two, reference, tmp_path / engine) for engine in ENGINES.names}
+    ways = {engine: losses.candidates(engine, kept, reference, tmp_path / engine) for engine in ENGINES.names}
     srdf, written, mjcf = ".srdf by loadRotorParameters", "the .urdf that lwr-dyn urdf writes", ".xml (MJCF)"
     assert {engine: [way.label for way in found] for engine, found in ways.items()} == {
         "pinocchio": [srdf, written],

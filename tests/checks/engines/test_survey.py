@@ -22,40 +22,23 @@ from lwr_dyn.checks.engines.survey import (
     survey,
 )
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
-from tests.checks.engines.small_files import TWO
 from tests.json_schemas import faults
 from tests.optional import need
 
+LIMITS = dict.fromkeys(("effort limits", "velocity limits", "position limits", "continuous joints"), "recorded")
+KEPT = dict.fromkeys(("inertial rpy", "links without inertial", "shapes", "links behind fixed joints"), "kept")
+FRICTION = dict.fromkeys(("viscous friction", "Coulomb friction"), "recorded, not in its torque")
 VERDICTS = {
-    "pinocchio": {
-        "rotor inertia": "ignored",
-        "viscous friction": "recorded, not in its torque",
-        "Coulomb friction": "recorded, not in its torque",
-        "effort limits": "recorded",
-        "velocity limits": "recorded",
-        "position limits": "recorded",
-        "continuous joints": "recorded",
-        "inertial rpy": "kept",
-        "links without inertial": "kept",
-        "shapes": "kept",
-        "links behind fixed joints": "kept",
-    },
+    "pinocchio": {"rotor inertia": "ignored", **FRICTION, **LIMITS, **KEPT},
     "mujoco": {
-        "rotor inertia": "ignored",
-        "viscous friction": "kept",
-        "effort limits": "recorded",
-        "velocity limits": "ignored",
-        "position limits": "recorded",
-        "continuous joints": "recorded",
-        "inertial rpy": "kept",
-        "links without inertial": "misread",
-        "shapes": "misread",
+        **LIMITS, "rotor inertia": "ignored", "viscous friction": "kept", "velocity limits": "ignored",
+        "inertial rpy": "kept", "links without inertial": "misread", "shapes": "misread",
         "links behind fixed joints": "merged",
     },
     "drake": {"rotor inertia": "kept", "viscous friction": "kept", "Coulomb friction": "ignored", "shapes": "kept"},
     "pybullet": {"rotor inertia": "ignored", "viscous friction": "kept", "links without inertial": "misread"},
     "yourdfpy": {"rotor inertia": "no dynamics", "effort limits": "recorded", "links behind fixed joints": "kept"},
-}
+}  # fmt: skip
 RESTORED = {
     ("pinocchio", "rotor inertia"): ".srdf by loadRotorParameters",
     ("mujoco", "rotor inertia"): ".xml (MJCF)",
@@ -68,10 +51,8 @@ RESTORED = {
 
 
 @pytest.fixture(scope="module")
-def report(tmp_path_factory):
-    path = tmp_path_factory.mktemp("two") / "two.urdf"
-    path.write_text(TWO, encoding="utf-8")
-    return survey(path, engines=[engine for engine in ENGINES.names if is_installed(engine)])
+def report(kept):
+    return survey(kept, engines=[engine for engine in ENGINES.names if is_installed(engine)])
 
 
 def rows(report, engine):
@@ -83,37 +64,24 @@ def rows(report, engine):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", VERDICTS)
-def test_each_feature_has_its_verdict(report, engine):
-    found = {name: row.verdict for name, row in rows(report, engine).items()}
-    assert found | VERDICTS[engine] == found
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("engine", "feature"), RESTORED)
-def test_what_restores_it(report, engine, feature):
-    assert rows(report, engine)[feature].restored_by == RESTORED[engine, feature]
+def test_each_feature_has_its_verdict_and_what_restores_it(report, engine):
+    found = rows(report, engine)
+    verdicts = {name: row.verdict for name, row in found.items()}
+    assert verdicts | VERDICTS[engine] == verdicts
+    restored = {key: found[key[1]].restored_by for key in RESTORED if key[0] == engine}
+    assert restored == {key: way for key, way in RESTORED.items() if key[0] == engine}
+    (agreement,) = [x.agreement for x in report.engines if x.engine == engine]
+    assert agreement.absolute["flange"] < (1e-6 if engine == "pybullet" else 1e-12)
 
 
 @pytest.mark.slow
 def test_the_torque_of_a_loss_is_that_of_the_feature(report):
+    """A box of 0.1 m without inertial weighs a kilogram in MuJoCo: its density is 1000 kg/m^3."""
     x, found = report.reference.states, rows(report, "pinocchio")
-    rotor = 100.0**2 * 1e-5
-    assert found["rotor inertia"].torque == pytest.approx(rotor * np.abs(x.ddq[:, 0]).max(), rel=1e-9)
-    assert found["viscous friction"].torque == pytest.approx(0.7 * np.abs(x.dq[:, 0]).max(), rel=1e-9)
-    assert found["Coulomb friction"].torque == pytest.approx(0.4, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_a_box_without_inertial_weighs_a_kilogram_in_mujoco(report):
-    """Density 1000 kg/m^3 of 0.1 m cubed."""
+    torques = [found[name].torque for name in ("rotor inertia", "viscous friction", "Coulomb friction")]
+    expected = (100.0**2 * 1e-5 * np.abs(x.ddq[:, 0]).max(), 0.7 * np.abs(x.dq[:, 0]).max(), 0.4)
+    assert torques == pytest.approx(expected, rel=1e-9)
     assert rows(report, "mujoco")["shapes"].detail == "shapes weigh 1 kg"
-
-
-@pytest.mark.slow
-def test_the_poses_agree(report):
-    for engine in report.engines:
-        if engine.agreement is not None:
-            assert engine.agreement.absolute["flange"] < (1e-6 if engine.engine == "pybullet" else 1e-12)
 
 
 def without_rotors(engine, jobs, states, seconds):
@@ -134,14 +102,12 @@ def without_rotors(engine, jobs, states, seconds):
 
 
 @pytest.fixture(scope="module")
-def imitated(tmp_path_factory):
+def imitated(kept):
     """The survey of the small file by an engine that loses the rotors alone, and of one that is not installed."""
-    path = tmp_path_factory.mktemp("two") / "two.urdf"
-    path.write_text(TWO, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(survey_module, "load_all", without_rotors)
         patch.setattr(survey_module, "is_installed", lambda engine: engine == "pinocchio")
-        return survey(path, engines=["pinocchio", "drake"])
+        return survey(kept, engines=["pinocchio", "drake"])
 
 
 def test_an_engine_that_loses_the_rotors_alone_is_found_out(imitated):

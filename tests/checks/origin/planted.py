@@ -14,11 +14,6 @@ LINK = """<link name="{name}"><inertial><origin xyz="{xyz}" rpy="{rpy}"/><mass v
 <inertia ixx="{t[0]}" ixy="{t[1]}" ixz="{t[2]}" iyy="{t[3]}" iyz="{t[4]}" izz="{t[5]}"/></inertial></link>"""
 
 
-def written(x, digits):
-    """A number as a file has it."""
-    return f"{x:.{digits}g}"
-
-
 def changed(text, rng):
     """One digit of a number exchanged, not the first."""
     places = [i for i, c in enumerate(text) if c.isdigit()][1:]
@@ -54,7 +49,7 @@ def urdf_of(links, rng, frames="kept", units=(1.0, 1.0), digits=9, share=0.0):
     mass_unit, length_unit = units
 
     def put(x):
-        text = written(x, digits)
+        text = f"{x:.{digits}g}"
         return changed(text, rng) if rng.random() < share else text
 
     for name, mass, com, tensor in links:
@@ -82,8 +77,9 @@ def planted_copy(known, rng):
     units = UNITS[rng.integers(len(UNITS))] if rng.random() < 0.4 else UNITS[0]
     digits, share = int(rng.choice([4, 6, 9])), float(rng.choice([0.0, 0.1, 0.25]))
     own = [(f"x_{name}", *rest) for name, *rest in links_of(known.links if rng.random() < 0.5 else known.native)]
-    extra = [(f"extra_{k}", body.mass, body.com, body.inertia_com) for k, body in enumerate([random_body(rng)] * 1)]
-    links = [*extra[: rng.integers(2)], *own, *[(f"hand_{n}", *rest) for n, *rest in extra[: rng.integers(2)]]]
+    body = random_body(rng)
+    more = [[(name, body.mass, body.com, body.inertia_com)][: rng.integers(2)] for name in ("extra_0", "hand_extra_0")]
+    links = [*more[0], *own, *more[1]]
     words = f"{known.name}, frames {frames}, units {units}, {digits} digits, {share:.0%} of the digits changed"
     return urdf_of(links, rng, frames, units, digits, share), words
 

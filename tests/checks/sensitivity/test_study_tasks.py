@@ -34,23 +34,17 @@ def test_every_task_is_one_of_a_robot_with_that_file():
         assert all(j < joints for claim in task.claims for j in claim.joints)
 
 
-def test_a_task_holds_the_values_of_its_file():
-    (task,) = parse_tasks(TASK, "mine.toml")
-    assert (task.reference, task.options["blend"], task.substeps) == ("lspb", 0.5, 1)
+def test_a_task_holds_the_values_of_its_file_and_one_like_it_what_it_does_not_give_itself():
+    more = '[[task]]\nname = "twin"\nlike = "wave"\nabout = "another path"\nreference = { name = "hold", q = [0.0] }\n'
+    task, same = parse_tasks(TASK + more, "mine.toml")
+    assert (task.reference, task.options["blend"], task.substeps, task.like) == ("lspb", 0.5, 1, "")
     (choice,), (claim,) = task.controllers, task.claims
     assert (choice.id, choice.controller, choice.options) == ("PD", "pd-gravity", {"own_gains": True})
     assert (claim.joints, claim.statistic) == ((1,), "max")
-
-
-def test_a_task_like_another_takes_what_it_does_not_give_itself():
-    twin = (
-        '[[task]]\nname = "twin"\nlike = "wave"\nabout = "on another path"\nreference = { name = "hold", q = [0.0] }\n'
-    )
-    wave, same = parse_tasks(TASK + twin, "mine.toml")
-    assert (same.reference, same.like, wave.like) == ("hold", "wave", "")
-    assert (same.controllers, same.where, same.claims) == (wave.controllers, wave.where, ())
+    assert (same.reference, same.like, same.controllers) == ("hold", "wave", task.controllers)
+    assert (same.where, same.claims) == (task.where, ())
     with pytest.raises(PaperError, match=r"task\[1\].like.*'waves'.*one of wave"):
-        parse_tasks(TASK + twin.replace('"wave"', '"waves"'), "mine.toml")
+        parse_tasks(TASK + more.replace('"wave"', '"waves"'), "mine.toml")
 
 
 @pytest.mark.parametrize(

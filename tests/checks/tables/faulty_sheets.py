@@ -9,7 +9,7 @@ import numpy as np
 from numpy.random import Generator
 
 from lwr_dyn.checks.tables.rules import lint
-from lwr_dyn.checks.tables.sheet import Sheet, SheetColumn, SheetTable
+from lwr_dyn.checks.tables.sheet import Sheet, SheetTable
 from lwr_dyn.model.printed_number import printed_number
 from tests.checks.tables.random_tables import correct_sheet, negated
 
@@ -34,19 +34,14 @@ def _table(sheet: Sheet, name: str) -> SheetTable:
     return next(t for t in sheet.tables if t.name == name)
 
 
-def _with(sheet: Sheet, name: str, cells: dict[tuple[str, int], str]) -> Sheet:
+def _faulty(sheet: Sheet, name: str, cells: dict[tuple[str, int], str], *rules: str) -> FaultySheet:
     """The sheet with some cells of a table printed differently."""
     table = _table(sheet, name)
     columns = tuple(
-        SheetColumn(c.name, tuple(cells.get((c.name, i), x) for i, x in enumerate(c.cells)), c.unit, c.group)
-        for c in table.columns
+        replace(c, cells=tuple(cells.get((c.name, i), x) for i, x in enumerate(c.cells))) for c in table.columns
     )
-    return replace(sheet, tables=tuple(replace(t, columns=columns) if t is table else t for t in sheet.tables))
-
-
-def _faulty(sheet: Sheet, name: str, cells: dict[tuple[str, int], str], *rules: str) -> FaultySheet:
-    table = _table(sheet, name)
-    return FaultySheet(_with(sheet, name, cells), frozenset(table.place(i, c) for c, i in cells), rules)
+    changed = replace(sheet, tables=tuple(replace(t, columns=columns) if t is table else t for t in sheet.tables))
+    return FaultySheet(changed, frozenset(table.place(i, c) for c, i in cells), rules)
 
 
 def _scaled(text: str, power: int) -> str:
@@ -86,7 +81,7 @@ def _mean(rng: Generator, sheet: Sheet) -> FaultySheet:
 def _order(rng: Generator, sheet: Sheet) -> FaultySheet:
     table, stem = _table(sheet, "errors"), str(rng.choice(["position error", "velocity error"]))
     columns = [c for c in table.columns if c.name.startswith(stem)]
-    turn = list(rng.permutation(3))
+    turn = [0, 1, 2]
     while turn == [0, 1, 2]:
         turn = list(rng.permutation(3))
     first = int(rng.integers(0, table.rows - 1))
@@ -114,16 +109,11 @@ def _power(rng: Generator, sheet: Sheet) -> FaultySheet:
 def _copy(rng: Generator, sheet: Sheet) -> FaultySheet | None:
     table = _table(sheet, "links")
     chosen, i = table.columns[int(rng.integers(3))], int(rng.integers(table.rows - 1))
-    number = chosen.numbers[i]
-    if number is None or not number.value or abs(number.value) == abs(_value(chosen, i + 1)):
+    value, below = (abs(n.value) if (n := chosen.numbers[k]) else 0.0 for k in (i, i + 1))
+    if value in (0.0, below):
         return None
     text = chosen.cells[i] + (str(rng.integers(1, 10)) if rng.random() < 0.5 else "")
     return _faulty(sheet, "links", {(chosen.name, i + 1): text}, "copied", "one-digit")
-
-
-def _value(chosen: SheetColumn, i: int) -> float:
-    number = chosen.numbers[i]
-    return 0.0 if number is None else number.value
 
 
 def _shift(rng: Generator, sheet: Sheet) -> FaultySheet | None:

@@ -1,5 +1,7 @@
 """Faults of the LWR 4+ paper, found in its tables as printed, without a model."""
 
+from importlib import resources
+
 import pytest
 
 from lwr_dyn.checks.tables.rules import lint, sheet_of_file
@@ -40,13 +42,8 @@ def found(text):
 def test_the_exchanged_gains_are_found_by_the_ratio_alone():
     (finding,) = found(TABLE_VI)
     assert (finding.rule, set(finding.cells)) == ("swapped", {"t, row 6, K_D", "t, row 7, K_P"})
-    assert finding.confidence == "certain"
-    assert finding.numbers["ratio"] == pytest.approx(25.0, rel=1e-3)
-
-
-def test_gains_put_right_are_clean():
-    right = TABLE_VI.replace("13.5,4.4", "13.5,0.5392").replace("7,0.5392", "7,4.39")
-    assert not found(right)
+    assert (finding.confidence, finding.numbers["ratio"]) == ("certain", pytest.approx(25.0, rel=1e-3))
+    assert not found(TABLE_VI.replace("13.5,4.4", "13.5,0.5392").replace("7,0.5392", "7,4.39"))
 
 
 def test_means_of_absolute_values_are_no_fault():
@@ -55,62 +52,32 @@ def test_means_of_absolute_values_are_no_fault():
     assert (note.rule, note.severity) == ("mean-kind", "note")
 
 
-def test_the_velocity_block_is_in_another_order_and_a_row_too_low():
+def test_the_velocity_block_is_in_another_order_and_a_row_too_low_and_joints_turn_by_no_millimetres():
     rules = {f.rule: f for f in found(TABLE_VIII)}
-    order = rules["column-order"]
-    assert order.numbers["rows"] == [2, 3, 4, 5, 6]
-    assert order.numbers["orders"] == [["max", "min", "mean"]]
-    assert rules["rows-shifted"].confidence == "possible"
-    assert rules["rows-shifted"].numbers["shift"] == -1
-
-
-def test_joint_errors_in_millimetres():
-    units = [f for f in found(TABLE_VIII) if f.rule == "unit"]
-    assert [(f.printed, f.suspected) for f in units] == [("mm", "mrad"), ("mm/s", "mrad/s")]
-    assert not [f for f in found(TABLE_VIII.replace("mm", "mrad")) if f.rule == "unit"]
-    sliding = TABLE_VIII.replace("revolute", "prismatic")
-    assert not [f for f in found(sliding) if f.rule == "unit"]
+    order, shifted = rules["column-order"].numbers, rules["rows-shifted"]
+    assert (order["rows"], order["orders"]) == ([2, 3, 4, 5, 6], [["max", "min", "mean"]])
+    assert (shifted.confidence, shifted.numbers["shift"]) == ("possible", -1)
+    units = [[(f.printed, f.suspected) for f in found(text) if f.rule == "unit"] for text in (
+        TABLE_VIII, TABLE_VIII.replace("mm", "mrad"), TABLE_VIII.replace("revolute", "prismatic"))]  # fmt: skip
+    assert units == [[("mm", "mrad"), ("mm/s", "mrad/s")], [], []]
 
 
 def test_the_rotor_is_off_by_two_powers_of_ten():
     (finding,) = found(ROTOR)
-    assert (finding.rule, finding.place) == ("power-of-ten", "t, row 1, I_m")
-    assert "1e2" in finding.sentence
+    assert (finding.rule, finding.place, "1e2" in finding.sentence) == ("power-of-ten", "t, row 1, I_m", True)
 
 
-@pytest.fixture(scope="module")
-def data_room():
-    from importlib import resources
-
+def test_the_faults_of_the_data_files():
+    """The copied centre, the shifted rows, the rotor's arithmetic, mirror images with a digit off; two are clean."""
     folder = resources.files("lwr_dyn.arms.papers")
     names = ("lwr4", "lwr4plus", "wam7", "kr30ha")
-    return {name: lint(sheet_of_file(str(folder.joinpath(f"{name}.toml")))) for name in names}
-
-
-def test_the_copied_centre_of_mass(data_room):
-    (copied,) = [f for f in data_room["lwr4plus"] if f.rule == "copied"]
-    assert copied.cells == ("inertial, row 5, com.z", "inertial, row 6, com.z")
+    data = {name: lint(sheet_of_file(str(folder.joinpath(f"{name}.toml")))) for name in names}
+    rules = ("copied", "rows-shifted", "power-of-ten", "one-digit")
+    (copied,), (shifted,), (rotor,), (digit,) = ([f for f in data["lwr4plus"] if f.rule == rule] for rule in rules)
+    assert (copied.cells, copied.known) == (("inertial, row 5, com.z", "inertial, row 6, com.z"), ("table2-c5z",))
     assert copied.numbers["shared_digits"] == 6
-    assert copied.known == ("table2-c5z",)
-
-
-def test_the_shifted_rows_of_table_ii(data_room):
-    (shifted,) = [f for f in data_room["lwr4plus"] if f.rule == "rows-shifted"]
-    assert set(shifted.cells) == {"dh.d", "frames.origin"}
-    assert shifted.known == ("table2-rows",)
-
-
-def test_a_sentence_with_wrong_arithmetic(data_room):
-    (rotor,) = [f for f in data_room["lwr4plus"] if f.rule == "power-of-ten"]
+    assert (set(shifted.cells), shifted.known) == ({"dh.d", "frames.origin"}, ("table2-rows",))
     assert rotor.place == "erratum rotor-inertia-power, printed"
-    assert [f.known for f in data_room["kr30ha"] if f.rule == "sign"] == [("theta2-home",)]
-
-
-def test_mirror_image_links_repeat_and_a_digit_is_off(data_room):
-    (digit,) = [f for f in data_room["lwr4plus"] if f.rule == "one-digit"]
     assert digit.cells == ("inertial, row 1, inertia.xx", "inertial, row 3, inertia.xx")
-
-
-def test_the_other_data_files_are_clean(data_room):
-    assert not data_room["wam7"]
-    assert not data_room["lwr4"]
+    assert [f.known for f in data["kr30ha"] if f.rule == "sign"] == [("theta2-home",)]
+    assert (data["wam7"], data["lwr4"]) == ((), ())

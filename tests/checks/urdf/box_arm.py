@@ -1,10 +1,11 @@
 """An arm of four boxes with the inertials of full bodies, as URDF text in which single numbers can be changed."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from lwr_dyn.checks.urdf.document import UrdfDocument, document_of
+from lwr_dyn.checks.urdf.document import UrdfDocument, UrdfFinding, document_of
 
 SIZES = ((0.3, 0.3, 0.1), (0.1, 0.16, 0.5), (0.5, 0.08, 0.13), (0.08, 0.05, 0.2))
 CENTRES = ((0.0, 0.0, 0.05), (0.02, 0.0, 0.23), (0.22, 0.01, 0.0), (0.0, 0.0, 0.09))
@@ -80,3 +81,13 @@ def full_box(size, com) -> Box:
 
 def _words(values) -> str:
     return " ".join(repr(float(v)) for v in values)
+
+
+def said(findings: Iterable[UrdfFinding], *expected: str) -> bool:
+    """Whether these and no other findings are made, each "level subject: how its message begins … what it holds"."""
+    lines = [f"{f.level} {f.message}" for f in findings]
+    parts = [words.split(" … ") for words in expected]
+    alike = [line.startswith(x[0]) and all(y in line for y in x) for line, x in zip(lines, parts, strict=False)]
+    if not all(alike) or len(lines) != len(parts):
+        raise AssertionError(f"said {lines}, expected {expected}")
+    return True

@@ -5,8 +5,7 @@ code and severity there; that one which was there says another number does not c
 """
 
 import hashlib
-import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -97,14 +96,3 @@ def alarms(arm: JudgedArm) -> list[Alarm]:
         here = [f for f in findings if f.subject in names and f.level != "note"]
         found += [Alarm(arm.name, where.link, f.level, f.code, f.message) for f in here]
     return found
-
-
-def to_record(verdict: PlantVerdict | Alarm) -> str:
-    """A line of JSON."""
-    return json.dumps({name: getattr(verdict, name) for name in verdict.__dataclass_fields__})
-
-
-def from_record(line: str) -> PlantVerdict:
-    """A verdict of a line of JSON."""
-    row: Mapping = json.loads(line)
-    return PlantVerdict(**{**row, "codes": tuple(row["codes"])})

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tests.checks.urdf import frame_faults, inertial_faults, joint_faults, text_faults
+from tests.checks.urdf import inertial_faults, joint_faults
 from tests.checks.urdf.plant_site import sites
 
 KINDS_FILE = Path(__file__).parent / "faults.toml"
@@ -34,16 +34,13 @@ class FaultKind:
     def function(self) -> Edit:
         """Its edit."""
         module, _, name = self.edit.partition(":")
-        function: Edit = getattr(_MODULES[module], name)
+        function: Edit = getattr({"inertial": inertial_faults, "joint": joint_faults}[module], name)
         return function
 
     @property
     def needs_inertial(self) -> bool:
         """Whether its edit is of an `<inertial>`, which must then be usable."""
-        return self.edit.startswith(("frame:", "inertial:"))
-
-
-_MODULES = {"frame": frame_faults, "inertial": inertial_faults, "joint": joint_faults, "text": text_faults}
+        return self.edit.startswith("inertial:")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,17 +64,8 @@ class FaultPlant:
 def fault_kinds() -> tuple[FaultKind, ...]:
     """The rows of `faults.toml`."""
     rows = tomllib.loads(KINDS_FILE.read_text(encoding="utf-8"))["kind"]
-    return tuple(
-        FaultKind(
-            row["name"], row["edit"], row.get("arguments", {}), row.get("measure", ""), row.get("floor", 0.0),
-            row.get("hopeless", False),
-        )
-        for row in rows
-    )  # fmt: skip
-
-
-def _every(link: str, kind: str) -> bool:
-    return True
+    default = {"arguments": {}, "measure": "", "floor": 0.0, "hopeless": False}
+    return tuple(FaultKind(**{x: ({**default, **row})[x] for x in FaultKind.__slots__}) for row in rows)
 
 
 def plants(
@@ -85,19 +73,16 @@ def plants(
     path: Path,
     kinds: tuple[FaultKind, ...],
     skip: frozenset[str] = frozenset(),
-    wanted: Callable[[str, str], bool] = _every,
+    wanted: Callable[[str, str], bool] = lambda link, kind: True,
 ) -> Iterator[FaultPlant]:
     """Every fault at every moving link of a URDF that has shapes, but links in `skip`."""
     for where in sites(text, path):
         if where.link in skip or not where.diameter:
             continue
-        for kind in kinds:
-            if not wanted(where.link, kind.name):
-                continue
+        for kind in (kind for kind in kinds if wanted(where.link, kind.name)):
             site = where.fresh()
-            if kind.needs_inertial and site.inertial is None:
-                continue
-            size = kind.function(site, **kind.arguments)
+            usable = site.inertial is not None or not kind.needs_inertial
+            size = kind.function(site, **kind.arguments) if usable else None
             if size is None or not math.isfinite(size):
                 continue
             names = {f"link {where.link}", f"joint {where.joint}", f"joint {site.joint.get('name')}"}

@@ -56,32 +56,25 @@ class JudgedArm:
 
     def text(self) -> str:
         """Its URDF, with the meshes that are there named by their full paths: they are not looked for at each plant."""
-        return _with_full_paths(self._text(), self.path)
-
-    def _text(self) -> str:
         if self.path.suffix == ".xacro":
             with _packages_beside(_source_folder(self.source)):
-                return expand_xacro(self.path, dict(self.arguments))
-        return self.path.read_text(encoding="utf-8")
+                text = expand_xacro(self.path, dict(self.arguments))
+        else:
+            text = self.path.read_text(encoding="utf-8")
+        return _MESH.sub(self._full, text)
 
-
-def _with_full_paths(text: str, path: Path) -> str:
-    def full(found: re.Match[str]) -> str:
-        place = mesh_path(found[2], path).path
+    def _full(self, found: re.Match[str]) -> str:
+        place = mesh_path(found[2], self.path).path
         return found[0] if place is None else f"{found[1]}{place.resolve()}{found[3]}"
-
-    return _MESH.sub(full, text)
 
 
 def judged_arms() -> tuple[JudgedArm, ...]:
     """The arms of all files."""
+    names = ("name", "source", "file", "sha256", "half", "judgement", "moving")
     return tuple(
-        JudgedArm(
-            row["name"], row["source"], row["file"], row.get("arguments", {}), row["sha256"], row["half"],
-            row["judgement"], row["moving"], row.get("faults", {}),
-        )
+        JudgedArm(**{x: row[x] for x in names}, **{x: row.get(x, {}) for x in ("arguments", "faults")})
         for row in arm_rows()
-    )  # fmt: skip
+    )
 
 
 def arm_rows() -> list[dict]:
@@ -115,6 +108,4 @@ def _packages_beside(folder: Path) -> Iterator[None]:
         try:
             yield
         finally:
-            os.environ.pop("ROS_PACKAGE_PATH")
-            if before is not None:
-                os.environ["ROS_PACKAGE_PATH"] = before
+            os.environ.pop("ROS_PACKAGE_PATH") if before is None else os.environ.update(ROS_PACKAGE_PATH=before)

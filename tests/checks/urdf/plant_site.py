@@ -16,6 +16,9 @@ from lwr_dyn.checks.urdf.hulls import mesh_path
 TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 DIAGONAL, PRODUCTS = ("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz")
 FIXED = ("fixed",)
+CYCLE = [1, 2, 0]
+LEAST_SHIFT = 1e-3
+"""Of the link's diameter: an origin that moves by less has no fault."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,6 +92,27 @@ def write_origin(element: ET.Element, **values: np.ndarray) -> None:
     origin = ET.SubElement(element, "origin") if origin is None else origin
     for name, value in values.items():
         origin.set(name, " ".join(number(x) for x in value))
+
+
+def moved(site: PlantSite, element: ET.Element, change: str, factor: float) -> float | None:
+    """An `<origin>` in another unit, with the sign of its largest or second coordinate turned, its coordinates in
+    another order, at zero, or in the frame of the parent link; size: its shift in diameters of the link."""
+    before = centre_of(element)
+    signs = np.where(np.arange(3) == np.argsort(-np.abs(before), kind="stable")[int(change == "second sign")], -1, 1)
+    in_parent = centre_of(site.joint) + rotation(angles_of(site.joint)) @ before
+    after = {"times": before * factor, "sign": before * signs, "second sign": before * signs, "axes": before[CYCLE],
+             "lost": np.zeros(3), "in parent": in_parent}[change]  # fmt: skip
+    write_origin(element, xyz=after)
+    shift = float(np.linalg.norm(after - before)) / site.diameter
+    return shift if shift > LEAST_SHIFT else None
+
+
+def turned_in_degrees(element: ET.Element) -> float | None:
+    """rpy of an `<origin>` in degrees; size: the largest angle [rad]."""
+    angles = angles_of(element)
+    write_origin(element, rpy=np.degrees(angles))
+    largest = float(np.abs(angles).max())
+    return largest if largest > 1e-3 else None
 
 
 def number(value: float) -> str:

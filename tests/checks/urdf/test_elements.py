@@ -20,15 +20,13 @@ INERTIA = '<inertia ixx="1" ixy="4" ixz="5" iyy="2" iyz="6" izz="3"/>'
 
 
 def test_an_inertial_is_turned_into_the_axes_of_its_link():
-    inertial = link(
-        f'<inertial><origin xyz="1 2 3" rpy="0 0 {np.pi / 2!r}"/><mass value="2"/>{INERTIA}</inertial>'
-    ).inertial
+    text = f'<inertial><origin xyz="1 2 3" rpy="0 0 {np.pi / 2!r}"/><mass value="2"/>{INERTIA}</inertial>'
+    inertial = link(text).inertial
     np.testing.assert_array_equal(inertial.tensor, [[1, 4, 5], [4, 2, 6], [5, 6, 3]])
     np.testing.assert_allclose(inertial.inertia, [[2, -4, -6], [-4, 1, 5], [-6, 5, 3]], atol=1e-12)
-    np.testing.assert_array_equal(inertial.com, [1, 2, 3])
-    pose = inertial.origin.pose
-    np.testing.assert_allclose(pose, [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]], atol=1e-12)
-    assert (inertial.mass, inertial.is_complete, inertial.is_zero) == (2.0, True, False)
+    pose = [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]
+    np.testing.assert_allclose(inertial.origin.pose, pose, atol=1e-12)
+    assert (*inertial.com, inertial.mass, inertial.is_complete, inertial.is_zero) == (1.0, 2.0, 3.0, 2.0, True, False)
 
 
 @pytest.mark.parametrize(
@@ -38,14 +36,12 @@ def test_an_inertial_is_turned_into_the_axes_of_its_link():
         ('<mass value="0"/><inertia ixx="0" iyy="0" izz="0"/>', True, True),
         ('<mass value="1"/><inertia ixx="0" iyy="0" izz="0"/>', True, False),
         (f'<mass value="0"/>{INERTIA}', True, False),
-        ('<mass value="2"/><inertia ixx="1" iyy="1"/>', False, False),
-        ('<mass value="0"/>', False, False),
-        (INERTIA, False, False),
-        (f'<mass value="two"/>{INERTIA}', False, False),
+        ('<mass value="2"/><inertia ixx="1" iyy="1"/>', False, False), ('<mass value="0"/>', False, False),
+        (INERTIA, False, False), (f'<mass value="two"/>{INERTIA}', False, False),
         (f'<origin xyz="0 0"/><mass value="2"/>{INERTIA}', False, False),
         (f'<origin rpy="0 0 x"/><mass value="2"/>{INERTIA}', False, False),
     ],
-)
+)  # fmt: skip
 def test_what_an_inertial_lacks(inside, complete, zero):
     inertial = link(f"<inertial>{inside}</inertial>").inertial
     assert (inertial.is_complete, inertial.is_zero) == (complete, zero)
@@ -54,30 +50,20 @@ def test_what_an_inertial_lacks(inside, complete, zero):
 @pytest.mark.parametrize(
     ("solid", "kind", "size"),
     [
-        ('<box size="1 2 3"/>', "box", (1.0, 2.0, 3.0)),
-        ('<box size="1 2"/>', "box", None),
-        ("<box/>", "box", None),
-        ('<cylinder length="2" radius="1"/>', "cylinder", (1.0, 2.0)),
-        ('<capsule length="2" radius="1"/>', "capsule", (1.0, 2.0)),
-        ('<cylinder radius="1"/>', "cylinder", None),
-        ('<sphere radius="1"/>', "sphere", (1.0,)),
-        ("<plane/>", "", None),
+        ('<box size="1 2 3"/>', "box", (1.0, 2.0, 3.0)), ('<box size="1 2"/>', "box", None), ("<box/>", "box", None),
+        ('<cylinder length="2" radius="1"/>', "cylinder", (1.0, 2.0)), ('<cylinder radius="1"/>', "cylinder", None),
+        ('<capsule length="2" radius="1"/>', "capsule", (1.0, 2.0)), ('<sphere radius="1"/>', "sphere", (1.0,)),
+        ("<plane/>", "", None), ('<mesh filename="a.stl"/>', "mesh", ()),
+        ('<mesh filename="a.stl" scale="1 2 3"/>', "mesh", ()),
     ],
-)
-def test_sizes_of_shapes(solid, kind, size):
-    (shape,) = link(f'<collision><origin xyz="1 0 0"/><geometry>{solid}</geometry></collision>').shapes
-    assert (shape.role, shape.kind, shape.size, shape.mesh) == ("collision", kind, size, "")
-    np.testing.assert_array_equal(shape.origin.pose[:3, 3], [1, 0, 0])
-
-
-def test_a_mesh_has_a_name_a_scale_and_no_size():
-    one, other = link(
-        '<visual><geometry><mesh filename="a.stl"/></geometry></visual><visual><geometry>'
-        '<mesh filename="b.stl" scale="1 2 3"/></geometry></visual>'
-    ).shapes
-    assert [(x.role, x.kind, x.size, x.mesh, x.scale.tolist()) for x in (one, other)] == [
-        ("visual", "mesh", (), "a.stl", [1.0, 1.0, 1.0]), ("visual", "mesh", (), "b.stl", [1.0, 2.0, 3.0]),
-    ]  # fmt: skip
+)  # fmt: skip
+def test_shapes(solid, kind, size):
+    for role in ("visual", "collision"):
+        (shape,) = link(f'<{role}><origin xyz="1 0 0"/><geometry>{solid}</geometry></{role}>').shapes
+        mesh, scale = ("a.stl", [1.0, 2.0 ** ("2" in solid), 3.0 ** ("3" in solid)]) if kind == "mesh" else ("", None)
+        assert (shape.role, shape.kind, shape.size, shape.mesh) == (role, kind, size, mesh)
+        assert shape.scale.tolist() == scale if mesh else True
+        np.testing.assert_array_equal(shape.origin.pose[:3, 3], [1, 0, 0])
 
 
 def test_a_joint_as_written_and_its_defaults():
@@ -86,18 +72,8 @@ def test_a_joint_as_written_and_its_defaults():
         '<limit lower="-1" upper="2" effort="3" velocity="4"/><mimic joint="k"/>'
     )
     assert (full.subject, full.parent, full.child, full.mimic, full.moves) == ("joint j", "a", "b", "k", True)
-    assert (full.lower, full.upper, full.effort, full.velocity) == (-1.0, 2.0, 3.0, 4.0)
-    assert full.axis.tolist() == [0.0, 0.0, 2.0]
-    assert full.place_of("axis") == full.element.child("axis").place
-    assert full.place_of("dynamics") == full.place
+    assert (full.lower, full.upper, full.effort, full.velocity, *full.axis) == (-1.0, 2.0, 3.0, 4.0, 0.0, 0.0, 2.0)
+    assert (full.place_of("axis"), full.place_of("dynamics")) == (full.element.child("axis").place, full.place)
     bare = joint("", "fixed")
-    assert (bare.parent, bare.child, bare.mimic, bare.limit, bare.lower, bare.moves) == (
-        "",
-        "",
-        None,
-        None,
-        None,
-        False,
-    )
-    assert (bare.axis.tolist(), bare.origin.xyz.tolist(), bare.origin.rpy.tolist()) == ([1, 0, 0], [0, 0, 0], [0, 0, 0])
-    assert bare.origin.element is None
+    assert (bare.parent, bare.child, bare.mimic, bare.limit, bare.lower, bare.moves) == ("", "", *[None] * 3, False)
+    assert (*bare.axis, *bare.origin.xyz, *bare.origin.rpy, bare.origin.element) == (1, *[0] * 8, None)

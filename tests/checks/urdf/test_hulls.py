@@ -7,35 +7,26 @@ from tests.tolerances import EXACT
 
 TURN = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
 SHIFT = np.array([0.3, -1.2, 2.0])
+BOX, CUBE = np.array([0.2, 0.7, 1.1]), solid_hull(primitive_points("box", (1.0, 1.0, 1.0)))
 
 
-def moved(points):
-    return points @ TURN.T + SHIFT
-
-
-def test_a_box_has_its_volume_centre_and_covariance():
-    size = np.array([0.2, 0.7, 1.1])
-    hull = solid_hull(moved(primitive_points("box", tuple(size))))
-    assert hull.volume == pytest.approx(size.prod(), rel=EXACT)
-    assert hull.centroid == pytest.approx(SHIFT, rel=EXACT)
-    assert hull.covariance == pytest.approx(TURN @ np.diag(size**2 / 12.0) @ TURN.T, rel=1e-10, abs=EXACT)
-    assert hull.diameter == pytest.approx(np.linalg.norm(size), rel=0.01)
-
-
-def test_a_cylinder_has_its_volume_and_covariance():
-    radius, length = 0.3, 0.9
-    hull = solid_hull(primitive_points("cylinder", (radius, length)))
-    across = radius**2 / 4.0
-    assert hull.volume == pytest.approx(np.pi * radius**2 * length, rel=1e-10)
-    assert hull.covariance == pytest.approx(np.diag([across, across, length**2 / 12.0]), rel=1e-4, abs=EXACT)
-
-
-def test_a_sphere_and_a_capsule_have_their_volume_and_covariance():
-    hull = solid_hull(primitive_points("sphere", (0.4,)))
-    assert hull.volume == pytest.approx(4.0 / 3.0 * np.pi * 0.4**3, rel=1e-10)
-    assert hull.covariance == pytest.approx(np.eye(3) * 0.4**2 / 5.0, rel=1e-2, abs=2e-4)
-    capsule = solid_hull(primitive_points("capsule", (0.2, 0.5)))
-    assert capsule.volume == pytest.approx(np.pi * 0.2**2 * (0.5 + 4.0 / 3.0 * 0.2), rel=0.01)
+@pytest.mark.parametrize(
+    ("kind", "size", "volume", "variances", "diameter", "rel"),
+    [
+        ("box", tuple(BOX), BOX.prod(), BOX**2 / 12.0, np.linalg.norm(BOX), 1e-10),
+        ("cylinder", (0.3, 0.9), np.pi * 0.081, (0.0225, 0.0225, 0.0675), np.hypot(0.6, 0.9), 1e-4),
+        ("sphere", (0.4,), 4.0 / 3.0 * np.pi * 0.4**3, (0.032,) * 3, 0.8, 0.01),
+        ("capsule", (0.2, 0.5), np.pi * 0.04 * (0.5 + 0.8 / 3.0), None, 0.9, 0.01),
+    ],
+)
+def test_a_solid_has_its_volume_centre_covariance_and_diameter(kind, size, volume, variances, diameter, rel):
+    """By the formulas of full bodies; round ones are polytopes of nearly the same spread."""
+    hull = solid_hull(primitive_points(kind, size) @ TURN.T + SHIFT)
+    assert hull.volume == pytest.approx(volume, rel=0.01 if kind == "capsule" else 1e-10)
+    assert hull.centroid == pytest.approx(SHIFT, abs=2e-4)
+    if variances is not None:
+        assert hull.covariance == pytest.approx(TURN @ np.diag(variances) @ TURN.T, rel=rel, abs=rel * 0.05)
+    assert hull.diameter == pytest.approx(diameter, rel=0.015)
 
 
 def test_a_thousand_support_directions_lose_at_most_three_percent_of_a_round_body():
@@ -43,12 +34,10 @@ def test_a_thousand_support_directions_lose_at_most_three_percent_of_a_round_bod
     ball /= np.linalg.norm(ball, axis=1)[:, None]
     kept = support_points(ball)
     assert len(kept) <= len(directions()) < 700
+    assert np.linalg.norm(directions(), axis=1) == pytest.approx(1.0)
     assert 0.97 < solid_hull(kept).volume / (4.0 / 3.0 * np.pi) < 1.0
-
-
-def test_support_points_pass_over_what_is_not_finite():
-    points = np.vstack([primitive_points("box", (1.0, 1.0, 1.0)), [[np.nan, 0, 0], [np.inf, 0, 0]]])
-    assert len(support_points(points)) == 8
+    odd = np.vstack([primitive_points("box", (1.0, 1.0, 1.0)), [[np.nan, 0, 0], [np.inf, 0, 0]]])
+    assert len(support_points(odd)) == 8
 
 
 @pytest.mark.parametrize(
@@ -58,23 +47,19 @@ def test_sheets_and_lines_have_no_hull(points):
     assert solid_hull(points) is None
 
 
-def test_depth_is_below_zero_inside():
-    hull = solid_hull(moved(primitive_points("box", (2.0, 2.0, 2.0))))
-    assert depth(hull, SHIFT) == pytest.approx(-1.0)
-    assert depth(hull, SHIFT + 3.0 * TURN[:, 0]) == pytest.approx(2.0)
-
-
-def test_the_gap_between_two_boxes():
-    hull = solid_hull(primitive_points("box", (1.0, 1.0, 1.0)))
+def test_depth_gap_and_reach_of_boxes():
+    """Depth is below 0 inside; a gap is along the line of the bodies, 0 where they meet."""
+    moved = solid_hull(primitive_points("box", (2.0, 2.0, 2.0)) @ TURN.T + SHIFT)
+    assert (depth(moved, SHIFT), depth(moved, SHIFT + 3.0 * TURN[:, 0])) == pytest.approx((-1.0, 2.0))
     pose = np.eye(4)
-    pose[:3, 3] = [0.0, 1.7, 0.3]
-    assert gap(hull, hull, pose) == pytest.approx(0.7)
-    pose[:3, 3] = [0.2, 0.9, 0.0]
-    assert gap(hull, hull, pose) == 0.0
-
-
-def test_reach_along_axes():
-    hull = solid_hull(primitive_points("box", (2.0, 4.0, 6.0)))
-    back, forth = reach_along(hull, np.eye(3), np.array([0.5, 0.0, -1.0]))
-    assert np.allclose(back, [1.5, 2.0, 2.0])
-    assert np.allclose(forth, [0.5, 2.0, 4.0])
+    for place, apart in (((0.0, 1.7, 0.3), 0.7), ((0.2, 0.9, 0.0), 0.0), ((0.1, 0.2, 0.3), 0.0)):
+        pose[:3, 3] = place
+        assert gap(CUBE, CUBE, pose) == pytest.approx(apart)
+    turned = np.eye(4)
+    turned[:3, :3], turned[:3, 3] = [[0.6, -0.8, 0], [0.8, 0.6, 0], [0, 0, 1]], (3.0, 0.0, 0.0)
+    long = solid_hull(primitive_points("box", (2.0, 0.01, 0.01)))
+    assert gap(CUBE, long, turned) == pytest.approx(3.0 - 0.5 - 0.6 - 0.004)
+    back, forth = reach_along(
+        solid_hull(primitive_points("box", (2.0, 4.0, 6.0))), np.eye(3), np.array([0.5, 0.0, -1.0])
+    )
+    assert (*back, *forth) == pytest.approx((1.5, 2.0, 2.0, 0.5, 2.0, 4.0), rel=EXACT)

@@ -82,43 +82,33 @@ def test_what_is_no_mesh_says_so(tmp_path, name, content, said):
         mesh_points(tmp_path / "absent.stl")
 
 
-def test_points_are_kept_by_content(tmp_path, monkeypatch):
+def test_points_are_kept_by_content_and_a_changed_file_is_read_again(tmp_path, monkeypatch):
     path = box_file(tmp_path, ".stl")
-    first = mesh_points(path)
-    monkeypatch.setattr(hulls, "_read", None)  # reading again would fail
-    hulls._points.cache_clear()
-    again = tmp_path / "copy.stl"
+    first, again = mesh_points(path), tmp_path / "copy.stl"
     again.write_bytes(path.read_bytes())
-    assert np.array_equal(mesh_points(again).points, first.points)
-    assert mesh_points(again).digest == first.digest
-
-
-def test_a_changed_file_is_read_again(tmp_path):
-    path = box_file(tmp_path, ".stl")
-    before = mesh_points(path)
+    hulls._points.cache_clear()
+    with monkeypatch.context() as patch:
+        patch.setattr(hulls, "_read", None)  # reading again would fail
+        assert np.array_equal(mesh_points(again).points, first.points)
+        assert mesh_points(again).digest == first.digest
     box_file(tmp_path, ".stl", scale=2.0)
     os.utime(path, ns=(1, 1))
-    assert np.ptp(mesh_points(path).points, axis=0) == pytest.approx(2.0 * np.ptp(before.points, axis=0))
+    assert np.ptp(mesh_points(path).points, axis=0) == pytest.approx(2.0 * np.ptp(first.points, axis=0))
 
 
-@pytest.mark.parametrize("damage", [b"", b"\x80\x04pickle", b"lwr_dyn hull 1\n" + b"\0" * 32 + b"\1" * 24])
-def test_a_damaged_file_of_the_cache_is_built_again(tmp_path, damage):
+DAMAGE = (b"", b"\x80\x04pickle", b"lwr_dyn hull 1\n" + b"\0" * 32 + b"\1" * 24, None)
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_a_damaged_file_of_the_cache_and_one_of_another_mesh_are_built_again(tmp_path, damage):
     path = box_file(tmp_path, ".stl")
-    good = mesh_points(path)
+    good, other = mesh_points(path), mesh_points(box_file(tmp_path, ".obj", scale=3.0))
     kept = folder() / f"{good.digest}.points"
     content = kept.read_bytes()
-    kept.write_bytes(damage)
+    kept.write_bytes((folder() / f"{other.digest}.points").read_bytes() if damage is None else damage)
     hulls._points.cache_clear()
     assert np.array_equal(mesh_points(path).points, good.points)
     assert kept.read_bytes() == content
-
-
-def test_the_points_of_another_mesh_are_not_taken(tmp_path):
-    one, two = box_file(tmp_path, ".stl"), box_file(tmp_path, ".obj", scale=3.0)
-    first, second = mesh_points(one), mesh_points(two)
-    (folder() / f"{first.digest}.points").write_bytes((folder() / f"{second.digest}.points").read_bytes())
-    hulls._points.cache_clear()
-    assert np.array_equal(mesh_points(one).points, first.points)
 
 
 def test_without_a_folder_to_write_every_process_reads_for_itself(tmp_path, monkeypatch):

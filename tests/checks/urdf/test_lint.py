@@ -19,7 +19,10 @@ def test_the_models_of_the_studied_papers_give_no_finding():
     assert all(report.remarks for report in reports)
 
 
-def arm(inertial: str = "", before_link: str = "", top: str = "") -> str:
+IMPOSSIBLE = '<inertial><mass value="1"/><inertia ixx="0.10" iyy="0.10" izz="0.30"/></inertial>'
+
+
+def arm(inertial=IMPOSSIBLE, before_link="", top=""):
     """A link that a joint moves, one that is welded to it, and one that nothing moves."""
     return (
         f'{top}<robot name="r"><link name="base">{inertial}</link>{before_link}<link name="arm">{inertial}</link>'
@@ -29,69 +32,67 @@ def arm(inertial: str = "", before_link: str = "", top: str = "") -> str:
     )
 
 
-IMPOSSIBLE = '<inertial><mass value="1"/><inertia ixx="0.10" iyy="0.10" izz="0.30"/></inertial>'
+COMMENT = "<!-- lwr-dyn: ignore {} -->"
+LEVELS = {"link arm": "error", "link tool": "warning", "link base": "note"}
 
 
-def judged(text: str, ignore: tuple[str, ...] = ()):
+@pytest.mark.parametrize(
+    ("text", "ignore", "levels", "ignored"),
+    [
+        (arm(), (), LEVELS, 0), (arm(), ("inertia-triangle",), {}, 3),
+        (arm(before_link=COMMENT.format("inertia-triangle")), (), LEVELS.keys() - {"link arm"}, 1),
+        (arm(top=COMMENT.format("inertia-triangle")), (), {}, 3), (arm(top=COMMENT.format("all")), (), {}, 5),
+        (arm(top=COMMENT.format("inertia-zero")), (), LEVELS, 0),
+    ],
+)  # fmt: skip
+def test_severity_depends_on_what_moves_the_link_and_a_code_may_be_ignored(text, ignore, levels, ignored):
     report = lint_document(document_of(text, "r.urdf"), ignore)
-    return {f.subject: f.level for f in report.findings if f.code == "inertia-triangle"}, report.ignored
+    found = {f.subject: f.level for f in report.findings if f.code == "inertia-triangle"}
+    assert (found, report.ignored, report.links, report.moved) == ({x: LEVELS[x] for x in levels}, ignored, 3, 2)
 
 
-def test_severity_depends_on_what_moves_the_link():
-    levels, ignored = judged(arm(IMPOSSIBLE))
-    assert levels == {"link arm": "error", "link tool": "warning", "link base": "note"}
-    assert ignored == 0
-
-
-def test_ignored_by_option_and_by_comments():
-    assert judged(arm(IMPOSSIBLE), ("inertia-triangle",)) == ({}, 3)
-    comment = "<!-- lwr-dyn: ignore inertia-triangle -->"
-    levels, ignored = judged(arm(IMPOSSIBLE, before_link=comment))
-    assert set(levels) == {"link tool", "link base"}
-    assert ignored == 1
-    assert judged(arm(IMPOSSIBLE, top=comment)) == ({}, 3)
-    assert judged(arm(IMPOSSIBLE, top="<!-- lwr-dyn: ignore all -->"))[0] == {}
-
-
-def test_a_comment_that_ignores_a_code_that_does_not_exist_is_said():
-    comment = "<!-- lwr-dyn: ignore inertia-triangel, all -->"
-    remarks = lint_document(document_of(arm(IMPOSSIBLE, top=comment), "r.urdf")).remarks
+def test_a_code_that_does_not_exist_is_said_of_a_comment_and_refused_of_an_option():
+    remarks = lint_document(document_of(arm(top=COMMENT.format("inertia-triangel, all")), "r.urdf")).remarks
     assert [line for line in remarks if "ignore" in line] == [
         "a comment asks to ignore 'inertia-triangel': no rule has this code"
     ]
-
-
-def test_files_of_other_formats_are_named():
-    (found,) = lint_document(document_of("<mujoco/>", "r.urdf")).findings
-    assert found.why == "it is MJCF (MuJoCo); this command judges URDF and xacro"
-
-
-def test_a_code_that_does_not_exist():
     with pytest.raises(UnknownNameError, match="did you mean inertia-triangle"):
         lint_document(document_of(arm(), "r.urdf"), ["inertia-triangel"])
 
 
-def test_a_file_that_cannot_be_read(tmp_path):
-    for path in (tmp_path / "none.urdf", tmp_path):
-        with pytest.raises(FileAccessError):
-            lint_file(path)
+@pytest.mark.parametrize("name", ["none.urdf", ""])
+def test_a_file_that_cannot_be_read(tmp_path, name):
+    with pytest.raises(FileAccessError):
+        lint_file(tmp_path / name)
 
 
-@pytest.mark.parametrize(("text", "code"), [(b"<robot>", "xml-syntax"), (b"<robot name='\xe9'/>", "xml-encoding")])
-def test_text_that_is_no_urdf_is_one_finding(text, code):
+@pytest.mark.parametrize(
+    ("text", "code", "place", "says"),
+    [
+        (b"<robot>", "xml-syntax", (1, 8), "not XML: no element found; no program can read the file"),
+        (b"<robot\n n='\xc3\xa9\xe9'/>", "xml-encoding", (2, 6), "byte 0xe9 is not UTF-8; no program can read the "
+         "file; save the file as UTF-8"),
+        (b"<mujoco/>", "root-tag", (1, 1), "the outermost element is <mujoco>; it is MJCF (MuJoCo); this command "
+         "judges URDF and xacro"),
+        (b"<list/>", "root-tag", (1, 1), "the outermost element is <list>; a URDF is one <robot>; write <robot>"),
+        (b"<robot name='r'/>", "root-tag", (1, 1), "no <link>; a robot has at least one link"),
+    ],
+)  # fmt: skip
+def test_text_that_is_no_urdf_is_one_finding(text, code, place, says):
     report = lint_document(document_of(text, "r.urdf"))
-    assert [f.code for f in report.findings] == [code]
-    assert not report.holds()
+    (found,) = report.findings
+    assert (found.code, (found.place.line, found.place.column), found.message) == (code, place, says)
+    assert (report.holds(), report.count("error")) == (False, 1)
 
 
 def test_warnings_count_only_when_strict():
     text = '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="fixed">' + (
-        '<parent link="a"/><child link="b"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint></robot>'
+        '<parent link="a"/><child link="b"/><limit lower="0" upper="{0}" effort="{0}" velocity="{0}"/></joint></robot>'
     )
-    report = lint_document(document_of(text, "r.urdf"))
-    assert [f.code for f in report.findings] == ["fixed-limits"]
-    assert report.holds()
-    assert not report.holds(strict=True)
+    for limit, levels, holds in (("1", ["warning"], False), ("0", ["note"], True)):
+        report = lint_document(document_of(text.format(limit), "r.urdf"))
+        assert [f.level for f in report.findings if f.code == "fixed-limits"] == levels
+        assert (report.holds(), report.holds(strict=True)) == (True, holds)
 
 
 def test_broken_files_are_judged_without_an_exception():

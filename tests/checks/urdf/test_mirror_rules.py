@@ -7,6 +7,7 @@ from lwr_dyn.checks.urdf.document import document_of
 from lwr_dyn.checks.urdf.lint import lint_document
 from lwr_dyn.checks.urdf.mirror_rules import signs_unlike
 from lwr_dyn.checks.urdf.reader_rules import refusal
+from tests.checks.urdf.box_arm import said
 
 COM = np.array([0.06, -0.022, 0.013])
 TENSOR = np.array([[0.0025, 0.0018, -0.0012], [0.0018, 0.0062, -0.0004], [-0.0012, -0.0004, 0.0067]])
@@ -33,39 +34,36 @@ def pair(left, right):
     return document_of(f'<robot name="r"><link name="trunk"/>{left}{right}{joints}</robot>', "f")
 
 
-@pytest.mark.parametrize("turn", [MIRROR, QUARTER, np.eye(3), QUARTER @ MIRROR, -np.eye(3)])
-def test_images_of_a_link_are_silent(turn):
-    other = link("right", turn @ COM, turn @ TENSOR @ turn.T)
-    assert list(signs_unlike(pair(link("left", COM, TENSOR), other))) == []
-
-
 UPSIDE = np.diag([1.0, 1.0, -1.0])
 OPPOSITE = 2 * np.diag(TENSOR.diagonal()) - TENSOR
+RIGHT = MIRROR @ TENSOR @ MIRROR
+LEFT, IMAGE = link("left", COM, TENSOR), MIRROR @ COM
 
 
-@pytest.mark.parametrize("wrong", [TENSOR, MIRROR @ OPPOSITE @ MIRROR, UPSIDE @ TENSOR @ UPSIDE])
+@pytest.mark.parametrize(
+    "left_and_right",
+    [
+        *((LEFT, link("right", turn @ COM, turn @ TENSOR @ turn.T))
+          for turn in (MIRROR, QUARTER, np.eye(3), QUARTER @ MIRROR, -np.eye(3))),
+        (link("left", (0, 0, 0.1), TENSOR), link("right", (0, 0, 0.1), RIGHT)),  # on an axis: the signs are free
+        (LEFT, link("right", IMAGE, TENSOR, mass=1.502)), (LEFT, link("right", IMAGE * 1.003, TENSOR)),
+        (LEFT, link("right", IMAGE, TENSOR * 1.041)),  # another link
+        (link("left", COM, np.diag(TENSOR.diagonal())), link("right", IMAGE, TENSOR)),
+    ],
+)  # fmt: skip
+def test_images_of_a_link_and_other_links_are_silent(left_and_right):
+    assert list(signs_unlike(pair(*left_and_right))) == []
+
+
+@pytest.mark.parametrize("wrong", [TENSOR, MIRROR @ OPPOSITE @ MIRROR, UPSIDE @ TENSOR @ UPSIDE, 1.039 * TENSOR])
 def test_signs_that_no_mirror_image_gives_are_found(wrong):
-    (found,) = signs_unlike(pair(link("left", COM, TENSOR), link("right", MIRROR @ COM, wrong)))
-    assert (found.subject, found.sure) == ("link right", "likely")
-    right = MIRROR @ TENSOR @ MIRROR
-    assert found.instead == (
-        f'<inertia ixx="{right[0, 0]:g}" ixy="{right[0, 1]:g}" ixz="{right[0, 2]:g}" iyy="{right[1, 1]:g}" '
-        f'iyz="{right[1, 2]:g}" izz="{right[2, 2]:g}"/>'
-    )
-
-
-def test_a_centre_on_an_axis_leaves_the_signs_free():
-    flipped = MIRROR @ TENSOR @ MIRROR
-    assert list(signs_unlike(pair(link("left", (0, 0, 0.1), TENSOR), link("right", (0, 0, 0.1), flipped)))) == []
-
-
-def test_other_masses_centres_and_moments_are_other_links():
-    for other in (
-        link("right", MIRROR @ COM, TENSOR, mass=1.6),
-        link("right", MIRROR @ COM * 1.1, TENSOR),
-        link("right", MIRROR @ COM, 1.1 * TENSOR),
-    ):
-        assert list(signs_unlike(pair(link("left", COM, TENSOR), other))) == []
+    """To the bounds: 0.1 % of the mass, 0.2 % of the centre, 4 % of the largest moment."""
+    document = pair(LEFT, link("right", IMAGE * 1.0015, wrong, mass=1.501))
+    cells = " ".join(f'i{"xyz"[a]}{"xyz"[b]}="{RIGHT[a, b]:g}"' for a in range(3) for b in range(a, 3))
+    says = f"error link right: the signs of its products of inertia do … those of link left … write <inertia {cells}/>"
+    assert said(signs_unlike(document), says)
+    assert [f.level for f in lint_document(document).findings if f.code == "inertia-mirror"] == ["warning"]
+    assert refusal(document).wants_a_choice  # the reader reads it
 
 
 def test_where_both_have_shapes_the_finding_is_at_the_one_that_fits_worse():
@@ -77,9 +75,3 @@ def test_where_both_have_shapes_the_finding_is_at_the_one_that_fits_worse():
     left = link("left", com, MIRROR @ along @ MIRROR, shape=bar.format(0.1, 0.12, 0.785398))
     right = link("right", MIRROR @ com, MIRROR @ along @ MIRROR, shape=bar.format(0.1, -0.12, -0.785398))
     assert [f.subject for f in signs_unlike(pair(left, right))] == ["link left"]
-
-
-def test_lint_warns_and_the_reader_reads_such_a_file():
-    document = pair(link("left", COM, TENSOR), link("right", MIRROR @ COM, TENSOR))
-    assert [f.level for f in lint_document(document).findings if f.code == "inertia-mirror"] == ["warning"]
-    assert refusal(document).wants_a_choice

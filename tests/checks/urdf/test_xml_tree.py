@@ -1,33 +1,31 @@
 import pytest
 
-from lwr_dyn.checks.urdf.xml_tree import Place, XmlFaultError, read_tree
+from lwr_dyn.checks.urdf.xml_tree import Place, XmlFaultError, numbers, read_tree, scalar, vector
 
 
-def test_places_count_lines_and_code_points_from_one():
-    root = read_tree('<robot>\n  <a/><!-- ä𝛼 --><b\n x="1"\n/>\n</robot>', "f")
-    assert [child.place for child in root.children] == [Place("f", 2, 3), Place("f", 2, 18)]
+@pytest.mark.parametrize(
+    ("text", "places"),
+    [
+        ('<robot>\n  <a/><!-- ä𝛼 --><b\n x="1"\n/>\n</robot>', [(2, 3), (2, 18)]),  # code points, from one
+        ("<robot>" + "\n" * 70_000 + " <link\n\nname='x'/><joint/></robot>", [(70_001, 2), (70_003, 11)]),
+        (b"\n \n<?xml version='1.0'?>\n<robot><link/></robot>\0\n", [(4, 8)]),
+    ],
+    ids=("code points", "beyond 65535 lines", "blank lines and nulls around"),
+)
+def test_places_of_elements(text, places):
+    assert [child.place for child in read_tree(text, "f").children] == [Place("f", *place) for place in places]
 
 
-def test_places_beyond_65535_lines():
-    root = read_tree("<robot>" + "\n" * 70_000 + " <link\n\nname='x'/><joint/></robot>", "f")
-    assert [child.place for child in root.children] == [Place("f", 70_001, 2), Place("f", 70_003, 11)]
-
-
-def test_blank_lines_before_the_declaration_and_nulls_at_the_end():
-    root = read_tree(b"\n \n<?xml version='1.0'?>\n<robot><link/></robot>\0\n", "f")
-    assert root.children[0].place == Place("f", 4, 8)
-
-
-def test_undeclared_prefixes_are_part_of_the_tag():
-    root = read_tree("<robot><drake:gear_ratio value='2'/></robot>", "f")
-    assert root.children[0].tag == "drake:gear_ratio"
+def test_undeclared_prefixes_are_part_of_the_tag_and_elements_may_be_nested_deep():
+    deep = "<x>" * 3000 + "</x>" * 3000
+    root = read_tree(f"<robot><drake:gear_ratio value='2'/>{deep}</robot>", "f")
+    assert [child.tag for child in root.children] == ["drake:gear_ratio", "x"]
 
 
 def test_a_comment_asks_to_ignore_codes_in_the_next_element_and_all_inside():
     text = "<robot><!-- lwr-dyn: ignore A-b, c --><link><mass/></link><link/></robot>"
     link, other = read_tree(text, "f").children
-    assert link.ignored == link.children[0].ignored == {"a-b", "c"}
-    assert other.ignored == frozenset()
+    assert (link.ignored, link.children[0].ignored, other.ignored) == ({"a-b", "c"}, {"a-b", "c"}, frozenset())
     assert read_tree("<!-- lwr-dyn: ignore x -->\n<robot><link/></robot>", "f").children[0].ignored == {"x"}
 
 
@@ -53,6 +51,12 @@ def test_a_place_attribute_counts_only_where_places_are_carried():
         assert read_tree(f'<robot at.="{broken}"/>', "f", carried=True).place == Place("f", 1, 1)
 
 
-def test_three_thousand_nested_elements():
-    root = read_tree("<robot>" + "<x>" * 3000 + "</x>" * 3000 + "</robot>", "f")
-    assert root.children[0].tag == "x"
+def test_numbers_of_attributes():
+    """None beyond 1e15, 0 below 1e-30; a vector has three, and a default where it is not written."""
+    assert [numbers(text) for text in ("9e14 -9e14", "1e15", "-1e15", "2e-30 1e-30", None)] == [
+        (9e14, -9e14), None, None, (2e-30, 0.0), ()
+    ]  # fmt: skip
+    root = read_tree('<a one="4" two="1 2" three="1 2 3"/>', "f")
+    assert [scalar(root, name) for name in ("one", "two", "none")] == [4.0, None, None]
+    found = [vector(root, name, (7.0, 8.0, 9.0)) for name in ("one", "three", "none")]
+    assert [x if x is None else x.tolist() for x in found] == [None, [1.0, 2.0, 3.0], [7.0, 8.0, 9.0]]

@@ -1,7 +1,8 @@
-"""Tables of what the linter found: by kind, by size, in all, and the false alarms."""
+"""Tables of what the linter found: by kind, by size, in all, and the false alarms; and verdicts as lines of JSON."""
 
+import json
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from tests.checks.urdf.detection import Alarm, PlantVerdict
 from tests.checks.urdf.fault_plants import fault_kinds
@@ -82,3 +83,14 @@ def alarm_lines(found: Sequence[Alarm], links: int) -> str:
         f"{links} moving links judged good: {errors} errors; links with a warning: {warned} ({rate}); codes: {counts}"
     )
     return "\n".join([head, *(f"- {a.level} {a.arm} {a.link} {a.code}: {a.message}" for a in found)])
+
+
+def to_record(verdict: PlantVerdict) -> str:
+    """A line of JSON."""
+    return json.dumps({name: getattr(verdict, name) for name in verdict.__dataclass_fields__})
+
+
+def from_record(line: str) -> PlantVerdict:
+    """A verdict of a line of JSON."""
+    row: Mapping = json.loads(line)
+    return PlantVerdict(**{**row, "codes": tuple(row["codes"])})
