@@ -21,6 +21,7 @@ from tests.codegen.rollouts.test_rollouts import ARM, IST, OWN, perturbed
 from tests.random_arms import random_arm
 
 LAW = lwr_dyn.controller("inverse-dynamics", ARM, omega_n=50.0)
+RUBBING = replace(ARM, friction=(symmetric(1.0, 0.5),) * 7)
 
 
 def differences(done, i, plant=ARM, **options):
@@ -155,67 +156,79 @@ def test_an_arm_with_sliding_joints_moves_as_in_simulate():
     assert max(differences(done, 1, arm).values()) < 1e-10
 
 
-PLAIN = lwr_dyn.controller("inverse-dynamics", ARM)
 NAN = np.full(3, np.nan)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("given", "error", "words"),
-    [
-        ({"inertias": [OWN]}, errors.UnknownNameError, "did you mean inertia"),
-        ({"Kpp": [1.0]}, errors.UnknownNameError, "known: inertia.*Kp, Kd"),
-        ({"inertia": [OWN[:69]]}, errors.ShapeError, r"\(1, 70\)"),
-        ({"inertia": [OWN, -OWN]}, errors.OptionError, "a mass of -.* kg in run 1, link 1; allowed: masses from 0 on"),
-        ({"inertia": [3.0]}, errors.ShapeError, r"\(1, 70\)"),
-        ({"inertia": [OWN.reshape(7, 10).T]}, errors.ShapeError, r"\(1, 10, 7\)"),
-        ({"friction": np.zeros((1, 7, 5))}, errors.ShapeError, r"\(1, 5, 7\)"),
-        ({"payload": 2.0}, errors.ShapeError, "a single number"),
-        ({"payload": [1.0, 2.0], "Kp": [100.0]}, errors.ShapeError, "1 rows; allowed: 2 rows"),
-        ({"payload": []}, errors.OptionError, "from 1 to"),
-        ({"payload": NAN}, errors.ShapeError, "finite"),
-        ({"payload": [0.0, -1.0]}, errors.OptionError, "-1 in run 1"),
-        ({"payload_com": [[0.0, 0.0, 0.1]]}, errors.OptionError, "without payload"),
-        ({"delay": [0, 9]}, errors.OptionError, "9 in run 1"),
-        ({"delay": [0.5]}, errors.OptionError, "whole numbers"),
-        ({"reference": [1]}, errors.OptionError, "from 0 to 0"),
-        ({"friction": np.zeros((1, 5, 7))}, errors.OptionError, "'smooth'"),
-        ({"effort": [-1.0]}, errors.OptionError, "from 0 on"),
-        ({"Kp": ["a"]}, errors.ShapeError, "numbers"),
-    ],
-)
-def test_parameters_that_cannot_be_are_refused(given, error, words):
+class Mine(Encoder):
+    def sensor(self, q0, dq0, samples, rate, seed):
+        return lambda q, dq: (q, dq)
+
+
+def with_parameters(**given):
+    return {"runs": None, "parameters": given}
+
+
+BAD = [
+    (with_parameters(inertias=[OWN]), errors.UnknownNameError, "did you mean inertia"),
+    (with_parameters(Kpp=[1.0]), errors.UnknownNameError, "known: inertia.*Kp, Kd"),
+    (with_parameters(inertia=[OWN[:69]]), errors.ShapeError, r"\(1, 70\)"),
+    (with_parameters(inertia=[3.0]), errors.ShapeError, r"\(1, 70\)"),
+    (with_parameters(inertia=[OWN.reshape(7, 10).T]), errors.ShapeError, r"\(1, 10, 7\)"),
+    (
+        with_parameters(inertia=[OWN, -OWN]), errors.OptionError,
+        "a mass of -.* kg in run 1, link 1; allowed: masses from 0 on",
+    ),
+    (with_parameters(friction=np.zeros((1, 7, 5))), errors.ShapeError, r"\(1, 5, 7\)"),
+    (with_parameters(friction=np.zeros((1, 5, 7))), errors.OptionError, "'smooth'"),
+    (with_parameters(payload=2.0), errors.ShapeError, "a single number"),
+    (with_parameters(payload=[1.0, 2.0], Kp=[100.0]), errors.ShapeError, "1 rows; allowed: 2 rows"),
+    (with_parameters(payload=[]), errors.OptionError, "from 1 to"),
+    (with_parameters(payload=NAN), errors.ShapeError, "finite"),
+    (with_parameters(payload=[0.0, -1.0]), errors.OptionError, "payload: -1 in run 1; allowed: numbers from 0 on"),
+    (with_parameters(payload_com=[[0.0, 0.0, 0.1]]), errors.OptionError, "without payload"),
+    (with_parameters(delay=[0, 9]), errors.OptionError, "9 in run 1; allowed: whole numbers from 0 to 8"),
+    (with_parameters(delay=[0.5]), errors.OptionError, "whole numbers"),
+    (with_parameters(reference=[1]), errors.OptionError, "from 0 to 0"),
+    (with_parameters(effort=[-1.0]), errors.OptionError, "from 0 on"),
+    (with_parameters(Kp=["a"]), errors.ShapeError, "numbers"),
+    (with_parameters(q0=[IST.sample(np.zeros(1)).q[0], [9.0] * 7]), errors.OptionError, "q0 of run 1"),
+    *(({"runs": x}, errors.OptionError, "from 1 to 10000000") for x in (0, 2.0, True)),
+    ({"runs": None}, errors.OptionError, "not given"),
+    ({"rate": 0.0}, errors.OptionError, "above 0"),
+    ({"duration": 0.0}, errors.OptionError, "above 0"),
+    ({"substeps": 0}, errors.OptionError, "from 1"),
+    ({"delay": 9}, errors.OptionError, "from 0 to 8"),
+    ({"friction": "stick"}, errors.OptionError, "none, smooth"),
+    ({"friction": "smooth", "friction_width": 0.0}, errors.OptionError, "friction_width: 0.0; allowed: a speed"),
+    ({"quantiles": (1.0,)}, errors.OptionError, "between 0 and 1"),
+    ({"quantiles": 0.95}, errors.OptionError, "a sequence"),
+    *(({"tolerance": x}, errors.OptionError, "a length above 0") for x in (-1.0, 0.0, np.inf)),
+    ({"record": -1}, errors.OptionError, "from 0"),
+    ({"threads": 0}, errors.OptionError, "from 1"),
+    *(({"first_run": x}, errors.OptionError, "from 0") for x in (-1, 2**53 + 1)),
+    *(({"seed": x}, errors.OptionError, "seed.*from 0") for x in (-1, 1.5)),
+    ({"seed": 2**64}, errors.OptionError, "below 2"),
+    ({"encoder": Mine()}, errors.OptionError, "encoder: Mine, with a sensor of its own; allowed: an Encoder"),
+    ({"controller": lambda t, q, dq, q_ref, dq_ref, ddq_ref: -dq}, NoKernelFormError, "no form"),
+    ({"controller": "inverse-dynamic"}, errors.UnknownNameError, "did you mean inverse-dynamics"),
+    ({"reference": None}, errors.OptionError, "a Reference"),
+    ({"reference": []}, errors.OptionError, "empty sequence"),
+    ({"arm": "lwr4plus"}, errors.OptionError, "an arm"),
+    ({"plant": lwr_dyn.load("lwr4")}, (errors.MissingDataError, errors.NotPhysicalError), "lwr4"),
+    ({"plant": lwr_dyn.load("kr30ha")}, errors.LwrDynError, r"shape \(101, 7\); allowed: \(101, 6\)"),
+    (
+        {"arm": RUBBING, "plant": RUBBING, "friction": "set-valued"}, errors.OptionError,
+        "no true stick; allowed: friction 'smooth'",
+    ),
+    ({"arm": RUBBING, "plant": RUBBING, "friction": "smooth", "substeps": 1}, errors.OptionError, "substeps from"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("given", "error", "words"), BAD)
+def test_what_cannot_be_is_refused(given, error, words):
+    given = {"arm": ARM, "controller": LAW, "reference": IST, "runs": 1, "duration": 0.1} | given
     with pytest.raises(error, match=words):
-        lwr_dyn.rollouts(ARM, PLAIN, IST, parameters=given, duration=0.1)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"runs": 0}, "from 1 to"),
-        ({"runs": 2.0}, "from 1 to"),
-        ({"runs": True}, "from 1 to"),
-        ({"runs": None}, "not given"),
-        ({"rate": 0.0}, "above 0"),
-        ({"duration": 0.0}, "above 0"),
-        ({"substeps": 0}, "from 1"),
-        ({"delay": 9}, "from 0 to 8"),
-        ({"friction": "stick"}, "none, smooth"),
-        ({"friction": "smooth", "friction_width": 0.0}, "above 0"),
-        ({"quantiles": (1.0,)}, "between 0 and 1"),
-        ({"quantiles": 0.95}, "a sequence"),
-        ({"tolerance": -1.0}, "above 0"),
-        ({"record": -1}, "from 0"),
-        ({"threads": 0}, "from 1"),
-        ({"first_run": -1}, "from 0"),
-        ({"seed": -1}, "from 0"),
-        ({"seed": 2**64}, "below 2"),
-    ],
-)
-def test_options_that_cannot_be_are_refused(options, words):
-    with pytest.raises(errors.OptionError, match=words):
-        lwr_dyn.rollouts(ARM, PLAIN, IST, **{"runs": 1, "duration": 0.1} | options)
+        lwr_dyn.rollouts(given.pop("arm"), given.pop("controller"), given.pop("reference"), **given)
 
 
 def test_a_record_that_memory_does_not_hold_is_refused():
@@ -234,45 +247,6 @@ def test_time_beyond_a_torque_limit_that_is_not_known_is_not_zero():
     assert (known.metrics["saturated_s"] == 0.0).all()
 
 
-def test_true_stick_is_refused_and_its_smooth_form_named():
-    arm = lwr_dyn.load("lwr4plus")
-    object.__setattr__(arm, "friction", (symmetric(1.0, 0.5),) * 7)
-    law = lwr_dyn.controller("inverse-dynamics", arm)
-    with pytest.raises(errors.OptionError, match="no true stick; allowed: friction 'smooth'"):
-        lwr_dyn.rollouts(arm, law, IST, runs=1, friction="set-valued", duration=0.1)
-    with pytest.raises(errors.OptionError, match="substeps from"):
-        lwr_dyn.rollouts(arm, law, IST, runs=1, friction="smooth", substeps=1, duration=0.1)
-
-
-def test_other_things_that_cannot_be_are_refused():
-    with pytest.raises(NoKernelFormError):
-        lwr_dyn.rollouts(ARM, lambda t, q, dq, q_ref, dq_ref, ddq_ref: -dq, IST, runs=1)
-    with pytest.raises(errors.UnknownNameError):
-        lwr_dyn.rollouts(ARM, "inverse-dynamic", IST, runs=1)
-    with pytest.raises(errors.OptionError, match="a Reference"):
-        lwr_dyn.rollouts(ARM, PLAIN, None, runs=1)
-    with pytest.raises(errors.OptionError, match="empty sequence"):
-        lwr_dyn.rollouts(ARM, PLAIN, [], runs=1)
-    with pytest.raises(errors.OptionError, match="an arm"):
-        lwr_dyn.rollouts("lwr4plus", PLAIN, IST, runs=1)
-    with pytest.raises((errors.MissingDataError, errors.NotPhysicalError)):
-        lwr_dyn.rollouts(ARM, PLAIN, IST, runs=1, plant=lwr_dyn.load("lwr4"), duration=0.1)
-    with pytest.raises(errors.LwrDynError):
-        lwr_dyn.rollouts(ARM, PLAIN, IST, runs=1, plant=lwr_dyn.load("kr30ha"), duration=0.1)
-
-
-def test_a_start_outside_the_limits_is_refused():
-    with pytest.raises(errors.OptionError, match="q0 of run 1"):
-        lwr_dyn.rollouts(ARM, PLAIN, IST, parameters={"q0": [IST.sample(np.zeros(1)).q[0], [9.0] * 7]}, duration=0.1)
-
-
-def test_a_run_that_was_not_made_is_refused():
-    done = lwr_dyn.rollouts(ARM, PLAIN, IST, parameters={"inertia": [OWN]}, duration=0.1)
-    for number in (1, -2, 0.5, "a", True, None):
-        with pytest.raises(errors.OptionError, match="0 to 0"):
-            done.run(number)
-
-
 def test_friction_too_stiff_for_one_light_arm_is_refused():
     """The arm itself is slow enough: RK4 of 1 ms is stable below 2700 1/s."""
     table = np.zeros((5, 7))
@@ -282,7 +256,7 @@ def test_friction_too_stiff_for_one_light_arm_is_refused():
     given = {"friction": [table, table], "armature": [ARM.armature, 0.5 * ARM.armature]}
     options = {"friction": "smooth", "friction_width": own / 2690.0, "substeps": 1, "duration": 0.01}
     with pytest.raises(errors.OptionError, match=r"run 1.*substeps"):
-        lwr_dyn.rollouts(ARM, PLAIN, IST, parameters=given, **options)
+        lwr_dyn.rollouts(ARM, LAW, IST, parameters=given, **options)
 
 
 @pytest.mark.parametrize("arm", [lwr_dyn.load("lwr4plus"), random_arm(5, "RPRP")])

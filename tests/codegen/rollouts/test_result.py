@@ -156,7 +156,7 @@ def test_runs_with_a_flag_are_made_again_and_the_others_stay():
 def test_a_run_is_counted_from_either_end_and_shown():
     done = Rollouts({"a": 0}, ("", "stop", "stop"), np.array([False, True, False]), again=lambda i: i)
     assert [done.run(i) for i in (0, 2, -1, -3, np.int64(1))] == [0, 2, 2, 0, 1]
-    for i in (3, -4, 1.0, True):
+    for i in (3, -4, 1.0, True, "a", None):
         with pytest.raises(OptionError, match=r"allowed: 0 to 2"):
             done.run(i)
     assert repr(done) == "Rollouts(3 runs, flags: 2 stop, 1 of them by simulate, 1 metrics)"
