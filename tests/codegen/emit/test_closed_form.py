@@ -2,7 +2,6 @@
 
 import ctypes
 import json
-import subprocess
 
 import numpy as np
 import pytest
@@ -18,7 +17,7 @@ from lwr_dyn.kinematics.six_joints.exact_arms import six_joint_form
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
 from lwr_dyn.kinematics.srs_margins import intervals_at_level, margin_problem
-from tests.codegen.emit.programs import program
+from tests.codegen.emit.programs import node
 from tests.codegen.emit.shared_library import SharedLibrary
 from tests.kinematics.six_joints.six_joint_arms import six_joint_arm
 
@@ -176,9 +175,7 @@ const rows = {json.dumps(arguments)}.map(a => {{
 }});
 console.log(JSON.stringify(rows));
 """
-    (tmp_path / "ik.js").write_text(script)
-    made = subprocess.run([program("node"), "ik.js"], cwd=tmp_path, capture_output=True, text=True, check=True)
-    found = np.array(json.loads(made.stdout), dtype=float)
+    found = np.array(node(tmp_path, script), dtype=float)
     q, excess = expected_branches(arm, T, psi)
     assert np.abs(found[:, 0] - excess).max() < CLOSE
     assert (np.isnan(found[:, 1:]) == np.isnan(q.reshape(COUNT, -1))).all()

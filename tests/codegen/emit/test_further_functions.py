@@ -1,7 +1,6 @@
 """Laws as one function: torques and memory in C are those of the controllers along samples, with any gains."""
 
 import json
-import subprocess
 from dataclasses import replace
 
 import numpy as np
@@ -31,7 +30,7 @@ from lwr_dyn.control.protocol import reset
 from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.model.friction import Direction, JointFriction, friction_torque, smooth_friction
-from tests.codegen.emit.programs import program
+from tests.codegen.emit.programs import node
 from tests.codegen.emit.shared_library import SharedLibrary
 
 CLOSE = 1e-12
@@ -112,9 +111,7 @@ def test_friction_around_a_law_in_javascript(law, tmp_path):
     rows = [arguments_of(form, state, 0.1 + form.start()) for sequence in states_of(arm) for state in sequence]
     text = javascript_source([function], "robot")
     calls = json.dumps([[x.tolist() for x in row] for row in rows])
-    (tmp_path / "law.js").write_text(f"{text}\nconsole.log(JSON.stringify({calls}.map(a => [...robot.step(...a)])));\n")
-    made = subprocess.run([program("node"), "law.js"], cwd=tmp_path, capture_output=True, text=True, check=True)
-    found = np.array(json.loads(made.stdout))
+    found = np.array(node(tmp_path, f"{text}\nconsole.log(JSON.stringify({calls}.map(a => [...robot.step(...a)])));\n"))
     expected = np.array([np.array(function.symbolic(*row)).ravel() for row in rows])
     assert np.abs(found - expected).max() < CLOSE * np.abs(expected).max()
 
@@ -180,9 +177,7 @@ const values = robot.{COMPACT}(...{json.dumps(given.tolist())});
 const places = [...Array({compact.index.size}).keys()].map(robot.{EXPANDED}_index);
 console.log(JSON.stringify([[...robot.{EXPANDED}(values)], places]));
 """
-    (tmp_path / "y.js").write_text(script)
-    made = subprocess.run([program("node"), "y.js"], cwd=tmp_path, capture_output=True, text=True, check=True)
-    found, places = json.loads(made.stdout)
+    found, places = node(tmp_path, script)
     assert np.abs(found - expected).max() < CLOSE * np.abs(expected).max()
     assert places == compact.index.tolist()
 
