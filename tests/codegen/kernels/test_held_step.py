@@ -1,3 +1,5 @@
+"""The compiled step of a held torque: that of the integrator, bounded, and taken by runs."""
+
 import numpy as np
 import pytest
 
@@ -40,15 +42,10 @@ def test_an_end_outside_its_bounds_is_refused(substeps):
 
 @pytest.mark.slow
 def test_a_state_that_is_not_finite_is_refused_and_a_large_angle_is_not():
-    step, after = (
-        ENGINE.ungated.held_step(1e-3, 1, np.array([np.full((2, 7), -np.inf), np.full((2, 7), np.inf)])),
-        np.zeros((2, 7)),
-    )
-    bad = np.zeros((2, ARM.n))
-    bad[1, 4] = np.nan
+    step, after = ENGINE.ungated.held_step(1e-3, 1, FREE * np.inf), np.zeros((2, ARM.n))
+    bad, far = np.zeros((2, 2, ARM.n))
+    bad[1, 4], far[0, 1] = np.nan, 1e7 * np.pi
     assert step(bad, np.zeros(ARM.n), after) is False
-    far = np.zeros((2, ARM.n))
-    far[0, 1] = 1e7 * np.pi
     assert step(far, np.zeros(ARM.n), after) is None
     assert np.isfinite(after).all()
 

@@ -21,16 +21,11 @@ from tests.random_arms import random_arm
 @pytest.mark.parametrize(
     ("name", "positions", "count"),
     [
-        ("lwr4plus", random_positions, 200),
-        ("ur10e", random_positions, 200),
-        ("ur10e", singular_positions, 60),
-        ("panda", random_positions, 200),
-        ("panda", singular_positions, 60),
-        ("panda", positions_at_limits, 100),
-        ("j2n6s300", random_positions, 200),
-        ("j2n6s300", positions_at_limits, 100),
+        ("lwr4plus", random_positions, 200), ("ur10e", random_positions, 200), ("ur10e", singular_positions, 60),
+        ("panda", random_positions, 200), ("panda", singular_positions, 60), ("panda", positions_at_limits, 100),
+        ("j2n6s300", random_positions, 200), ("j2n6s300", positions_at_limits, 100),
     ],
-)
+)  # fmt: skip
 def test_the_kernel_reaches_every_pose_that_the_arm_takes(name, positions, count):
     arm, solve = arm_named(name), solver_of(name, "kernel")
     q = positions(arm, count, seed=3)
@@ -53,23 +48,15 @@ def test_both_searches_follow_the_same_start_to_the_same_solution():
 
 
 @pytest.mark.slow
-def test_a_batch_is_the_single_calls():
+def test_a_batch_is_the_single_calls_also_of_many_threads():
     arm, solve = arm_named("panda"), solver_of("panda", "kernel")
-    q = random_positions(arm, 30, seed=6)
+    q = random_positions(arm, 200, seed=6)
     T = lwr_dyn.forward_kinematics(arm, q)
-    single = np.array([solve(pose) for pose in T])
-    assert np.array_equal(solve.batch(T.reshape(5, 6, 4, 4)).q.reshape(30, 7), single)
-    from_one = np.array([solve(pose, q[0]) for pose in T])
-    assert np.array_equal(solve.batch(T, q[0]).q, from_one)
-
-
-@pytest.mark.slow
-def test_threads_do_not_disturb_each_other():
-    arm, solve = arm_named("panda"), solver_of("panda", "kernel")
-    T = lwr_dyn.forward_kinematics(arm, random_positions(arm, 400, seed=7))
     with ThreadPoolExecutor(4) as pool:
         several = np.array(list(pool.map(solve, T)))
-    assert np.array_equal(several, solve.batch(T).q)
+    assert np.array_equal(several, [solve(pose) for pose in T])
+    assert np.array_equal(solve.batch(T.reshape(20, 10, 4, 4)).q.reshape(200, 7), several)
+    assert np.array_equal(solve.batch(T[:30], q[0]).q, [solve(pose, q[0]) for pose in T[:30]])
 
 
 def test_without_the_packages_of_kernels_pinocchio_searches(monkeypatch):
@@ -110,11 +97,8 @@ def test_a_call_hands_over_poses_q0_and_settings():
 
     search = pose_kernel.KernelSearch(arm.chain, x, call, 8, (arm, True, 2, 0))
     assert (search.n, len(row)) == (6, 6 + TAIL)
-    T, q0, joints = (
-        np.arange(32.0).reshape(2, 4, 4),
-        np.arange(12.0).reshape(2, 6),
-        np.ravel([x.lower, x.upper, x.middle, x.turning]).tolist(),
-    )
+    T, q0 = np.arange(32.0).reshape(2, 4, 4), np.arange(12.0).reshape(2, 6)
+    joints = np.ravel([x.lower, x.upper, x.middle, x.turning]).tolist()
     full, once = [2.0, 1.0, 0.0, 6.0, *joints, *x.starts.ravel()], [1.0, 0.0, 0.0, 6.0, *joints]
     for single, given, restart in ((T[0], None, True), (T[0].tolist(), q0[0], True), (T[0], q0[0].tolist(), False)):
         assert search.one(single, given, restart).tolist() == row
