@@ -46,11 +46,8 @@ def library(tmp_path_factory):
 def arguments_of(form, state, memory):
     """The arrays of a call, in order."""
     kept = [memory, np.array([H])] if form.memory else []
-    return [
-        *(np.ascontiguousarray(x) for x in state),
-        *kept,
-        *(np.array(x, float).ravel() for x in form.values().values()),
-    ]
+    values = [np.array(x, float).ravel() for x in form.values().values()]
+    return [*map(np.ascontiguousarray, state), *kept, *values]
 
 
 def worst(form, controller, arm, call):
@@ -68,37 +65,27 @@ def worst(form, controller, arm, call):
 
 
 def test_every_law_with_a_form_has_a_step():
-    assert {f"{STEP}{law.replace('-', '_')}" for law in LAWS} == {
-        name for name in EMITTED.names if name.startswith(STEP)
-    }
+    steps = {name.removeprefix(STEP) for name in EMITTED.names if name.startswith(STEP)}
+    assert steps == {law.replace("-", "_") for law in LAWS}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS)
-def test_the_step_in_c_is_the_controller(library, law):
-    controller = make_controller(law, library.arm)
-    form, name = law_form(controller, library.arm), STEP + law.replace("-", "_")
-
-    def call(given):
-        out = np.zeros(library.arm.n + form.memory)
-        library.call(name, *given, out, kind=None)
-        return out
-
-    assert worst(form, controller, library.arm, call) < CLOSE
-
-
-@pytest.mark.slow
-def test_other_gains_are_arguments_of_the_same_function(library):
+@pytest.mark.parametrize("law", [*LAWS, "other gains"])
+def test_the_step_in_c_is_the_controller_whose_gains_are_arguments(library, law):
     arm = library.arm
-    law = PID(900.0, 40.0, arm.effort, 300.0, lwr_dyn.dynamics_of(arm), tracking_time=0.2)
-    form = law_form(law, arm)
+    if law == "other gains":
+        law = "pid"
+        controller = PID(900.0, 40.0, arm.effort, 300.0, lwr_dyn.dynamics_of(arm), tracking_time=0.2)
+    else:
+        controller = make_controller(law, arm)
+    form = law_form(controller, arm)
 
     def call(given):
-        out = np.zeros(2 * arm.n)
-        library.call("step_pid", *given, out, kind=None)
+        out = np.zeros(arm.n + form.memory)
+        library.call(STEP + law.replace("-", "_"), *given, out, kind=None)
         return out
 
-    assert worst(form, law, arm, call) < CLOSE
+    assert worst(form, controller, arm, call) < CLOSE
 
 
 @pytest.mark.slow
@@ -212,23 +199,6 @@ def test_an_arm_without_masses_has_one_too():
     assert codes[0].function.width < 490 / 2 + 20
 
 
-FRICTION_CLOSE = 1e-14
-SPEEDS = np.array([-2.0, -1e-3, 0.0, 1e-6, 0.02, 1.5])
-
-
-class FrictionOf:
-    """An arm with other friction."""
-
-    def __init__(self, arm, models):
-        self.arm, self.models = arm, models
-
-    def __getattr__(self, name):
-        return getattr(self.arm, name)
-
-    def friction_models(self):
-        return self.models
-
-
 @pytest.mark.parametrize("curve", [None, 0.05])
 def test_friction_is_that_of_the_models(curve, tmp_path):
     arm = lwr_dyn.load("wam7")
@@ -236,15 +206,16 @@ def test_friction_is_that_of_the_models(curve, tmp_path):
     if curve is not None:
         first = JointFriction(Direction(4.0, 1.0, 6.0, curve), Direction(3.0, 0.5, 3.5, 2.0 * curve), 0.3)
         models = (first, *models[1:])
-    library = SharedLibrary(emitted_arm(FrictionOf(arm, models), list(TEXT)), tmp_path)
+    arm = replace(arm, friction=models)
+    library = SharedLibrary(emitted_arm(arm, list(TEXT)), tmp_path)
     out, width = np.zeros(7), 2e-3
     smooth = smooth_friction(models, width)
-    for speed in SPEEDS:
+    for speed in (-2.0, -1e-3, 0.0, 1e-6, 0.02, 1.5):
         dq = speed * np.linspace(1.0, 1.3, 7)
         library.call("friction_torque", dq, out, kind=None)
-        assert np.abs(out - friction_torque(models, dq)).max() < FRICTION_CLOSE * 10.0
+        assert np.abs(out - friction_torque(models, dq)).max() < 1e-13
         library.call("smooth_friction_torque", dq, np.array([width]), out, kind=None)
-        assert np.abs(out - smooth(dq)).max() < FRICTION_CLOSE * 10.0
+        assert np.abs(out - smooth(dq)).max() < 1e-13
 
 
 def test_an_arm_without_friction_has_none():

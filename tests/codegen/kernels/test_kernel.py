@@ -257,8 +257,13 @@ def test_a_link_in_the_cache_is_not_written_through(folder, tmp_path):
 def test_a_folder_that_others_can_write_is_not_written(folder, rights):
     folder.mkdir()
     folder.chmod(rights)
-    with pytest.warns(CacheWarning, match=f"open to others: owner {os.getuid()}, mode {rights:o}"):
+    reason = f"kernels is open to others: owner {os.getuid()}, mode {rights:o}"
+    with pytest.warns(CacheWarning) as caught:
         kernel.write_cache("b", RECORD, b"code")
+    assert str(caught[0].message) == (
+        f"compiled kernels cannot be kept in {folder} ({reason}): this process compiles its own; "
+        "name another folder in LWR_DYN_CACHE"
+    )
     assert list(folder.iterdir()) == []
 
 

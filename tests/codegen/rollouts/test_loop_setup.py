@@ -105,28 +105,6 @@ MOVE = point_to_point(FOUR, [[0.3, -1.2, 0.2, 0.9], [0.9, -0.7, -0.3, 1.5]], [1.
 
 
 @pytest.mark.slow
-def test_delay_encoder_and_noise_are_those_of_simulate_with_the_runs_own_number():
-    pd = lwr_dyn.controller("pd-gravity", FOUR, velocity_error=True)
-    given = {"delay": [0, 3, 8], "noise": [0.0, 2e-5, 1e-5], "inertia": perturbed(3)[:, :40]}
-    encoder = Encoder.of_bits(16, noise=1e-5)
-    done = lwr_dyn.rollouts(
-        FOUR, pd, MOVE, parameters=given, encoder=encoder, duration=0.5, seed=7, first_run=40, record=1
-    )
-    assert not done.simulated.any()
-    for i in range(3):
-        run = done.run(i)
-        assert np.abs(run.q - done.q[i]).max() < 1e-12
-        assert np.abs(run.tau_applied - done.tau[i]).max() < 1e-7
-    later = {name: values[2:] for name, values in given.items()}
-    again = lwr_dyn.rollouts(
-        FOUR, pd, MOVE, parameters=later, encoder=encoder, duration=0.5, seed=7, first_run=42, record=1
-    )
-    assert np.array_equal(again.q[0], done.q[2])
-    other = lwr_dyn.rollouts(FOUR, pd, MOVE, parameters=later, encoder=encoder, duration=0.5, seed=7, record=1)
-    assert not np.array_equal(other.q[0], done.q[2])
-
-
-@pytest.mark.slow
 def test_loads_armature_start_friction_and_substeps_are_those_of_simulate():
     start = MOVE.sample(np.zeros(1)).q[0]
     friction = np.tile([[3.0], [1.0], [2.0], [0.5], [0.1]], (2, 1, 4)) * [[[1.0]], [[0.0]]]
