@@ -67,14 +67,11 @@ def test_steps_are_doubled_until_they_are_enough_or_help_no_more(error, first, f
     assert chosen.are_enough == (found.error < ENOUGH)
 
 
-def test_without_a_run_to_compare_nothing_is_known():
+def test_an_error_is_small_below_a_millionth_and_nothing_is_known_without_a_run_to_compare():
+    assert [Steps(2, x).are_enough for x in (np.nextafter(1e-6, 0.0), 1e-6)] == [True, False]
     chosen = steps(lambda _: np.full((1, 2, 3), np.nan), 2)
     assert np.isnan(chosen.error)
     assert not chosen.are_enough
-
-
-def test_an_error_is_small_below_a_millionth():
-    assert [Steps(2, x).are_enough for x in (np.nextafter(1e-6, 0.0), 1e-6)] == [True, False]
 
 
 def test_runs_of_an_estimate_lie_evenly_over_all():
