@@ -1,5 +1,6 @@
 """Arguments and results of a batch: shapes, number types, strides, threads, memory, states that are not finite."""
 
+import os
 import pickle
 import tracemalloc
 import warnings
@@ -40,9 +41,16 @@ def test_blocks_that_are_not_full_are_right_and_nothing_behind_them_is_touched(b
     assert (whole[count:] == 77.0).all()
 
 
-def test_no_state_gives_no_result(batch):
+def test_threads_are_one_or_as_many_as_processors(batch):
+    assert (batch.threads, lwr_dyn.batch_dynamics(ARM, threads=None).threads) == (1, os.cpu_count())
+
+
+def test_no_state_gives_no_result_and_a_name_is_no_arm(batch):
     assert batch.mass_matrix(np.zeros((0, 7))).shape == (0, 7, 7)
     assert batch.inverse_dynamics(np.zeros((0, 7)), DQ[0], DDQ[0]).shape == (0, 7)
+    for call in (lwr_dyn.batch_dynamics, lambda arm: lwr_dyn.dynamics_of(arm, "kernels")):
+        with pytest.raises(OptionError, match="arm: 'lwr4plus'; allowed: an arm"):
+            call("lwr4plus")
 
 
 @pytest.mark.slow
@@ -76,20 +84,16 @@ def test_states_that_are_not_finite_are_named_and_the_rest_computed(batch, expec
     bad = np.isin(np.arange(41), (5, 17, 40))
     assert np.isnan(result[bad]).all()
     assert np.abs(result[~bad] - expected[~bad]).max() < 1e-12
-
-
-def test_five_states_that_are_not_finite_are_named():
-    for count, shown in ((5, "0, 1, 2, 3, 4"), (6, "0, 1, 2, 3, 4, ...")):
-        text = f"f: {count} of 9 states are not finite (index {shown}): their results are NaN"
-        assert str(NotFiniteWarning("f", range(count), 9)) == text
-
-
-@pytest.mark.slow
-def test_a_value_that_enters_no_result_is_not_overlooked(batch):
-    q = Q.copy()
-    q[2, 0] = np.nan  # the first joint's angle changes neither B nor g
-    with pytest.warns(NotFiniteWarning):
+    q[5, 0], q[17, 3] = 0.0, 0.0
+    q[2, 0] = np.nan  # the first joint's angle changes neither B nor g, and is not overlooked
+    with pytest.warns(NotFiniteWarning, match="index 2"):
         assert np.isnan(batch.mass_matrix(q)[2]).all()
+
+
+@pytest.mark.parametrize(("count", "shown"), [(5, "0, 1, 2, 3, 4"), (6, "0, 1, 2, 3, 4, ...")])
+def test_five_states_that_are_not_finite_are_named(count, shown):
+    text = f"f: {count} of 9 states are not finite (index {shown}): their results are NaN"
+    assert str(NotFiniteWarning("f", range(count), 9)) == text
 
 
 @pytest.mark.slow
@@ -154,12 +158,6 @@ def gravity(q=Q, **options):
 def test_what_does_not_fit_is_refused(batch, call, message):
     with pytest.raises(ShapeError, match=message):
         call(batch)
-
-
-@pytest.mark.parametrize("call", [lwr_dyn.batch_dynamics, lambda arm: lwr_dyn.dynamics_of(arm, "kernels")])
-def test_a_name_in_place_of_an_arm(call):
-    with pytest.raises(OptionError, match="arm: 'lwr4plus'; allowed: an arm"):
-        call("lwr4plus")
 
 
 def test_a_batch_can_be_pickled_after_it_was_used():

@@ -35,10 +35,14 @@ def test_it_is_the_readable_recursion(name):
     assert abs(U - readable.potential_energy(q)) <= 1e-12 * max(1.0, abs(U))
 
 
-def test_the_axes_of_the_lwr_leave_two_shifts():
-    shifts = np.array([(f.shift.x, f.shift.y, f.shift.z) for f in axis_frames(CHAINS["lwr4plus"])])
+def test_the_axes_of_the_lwr_leave_two_shifts_and_more_parameters_matter_under_any_gravity():
+    chain = CHAINS["lwr4plus"]
+    frames = axis_frames(chain)
+    shifts = np.array([(f.shift.x, f.shift.y, f.shift.z) for f in frames])
     assert np.flatnonzero(shifts.any(axis=1)).tolist() == [3, 5]
     np.testing.assert_allclose(shifts[[3, 5]], [[0.0, 0.0, 0.4], [0.0, 0.0, 0.39]], rtol=1e-12)
+    counts = [np.count_nonzero(base_matrix(frames, g).any(axis=1)) for g in (chain.gravity, None)]
+    assert counts[0] < counts[1]
 
 
 @pytest.mark.parametrize(("name", "count"), [("lwr4plus", 43), ("wam7", 43), ("kr30ha", 36)])
@@ -49,9 +53,3 @@ def test_the_number_of_base_parameters(name, count):
     assert len(kept) == count
     assert np.abs(K[np.ix_(kept, kept)] - np.eye(count)).max() < 1e-10
     assert not K[::10].any()  # no mass is left
-
-
-def test_more_parameters_matter_under_any_gravity():
-    chain = CHAINS["lwr4plus"]
-    counts = [np.count_nonzero(base_matrix(axis_frames(chain), g).any(axis=1)) for g in (chain.gravity, None)]
-    assert counts[0] < counts[1]

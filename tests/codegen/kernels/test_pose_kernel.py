@@ -168,6 +168,38 @@ def test_a_call_hands_over_poses_q0_and_settings():
     assert seen == []
 
 
+def test_a_near_miss_is_finished_from_the_middle_or_from_q0(monkeypatch):
+    """By a kernel that reaches nothing: by 1 um, or by 10 um; from where Newton's method begins is noted."""
+    arm, seen, apart = arm_named("kr30ha"), [], [1e-12]
+    x = search_ranges(arm, True, 2, 0)
+
+    def call(T, T_step, q0, q0_step, s, s_step, out, b, start, stop):
+        rows = np.ctypeslib.as_array(ctypes.cast(out, ctypes.POINTER(ctypes.c_double)), (stop, 12))
+        rows[:] = [*range(6), NOT_REACHED, apart[0], 0.0, 1.0, 0.0, 0.0]
+
+    def finished(chain, ranges, T, row, near):
+        seen.append(None if near is None else near.tolist())
+        return np.array([*row[:6], FOUND, *row[7:]])
+
+    monkeypatch.setattr(pose_kernel, "finish", finished)
+    search = pose_kernel.KernelSearch(arm.chain, x, call, 8, (arm, True, 2, 0))
+    T, q0 = np.tile(np.eye(4), (2, 1, 1)), np.array([[0.1] * 6, [9.0] * 6])
+    clipped = np.clip(q0, x.lower, x.upper).tolist()
+    for given, expected in (
+        ((T[0], None, True), [x.middle.tolist()]), ((T[0], q0[0], True), clipped[:1]), ((T[0], q0[0], False), [None]),
+    ):  # fmt: skip
+        assert search.one(*given)[6] == FOUND
+        assert seen == expected
+        seen.clear()
+    for given, expected in (((None, True), [x.middle.tolist()] * 2), ((q0, True), clipped), ((q0, False), [None] * 2)):
+        assert (search.rows(T, *given)[:, 6] == FOUND).all()
+        assert seen == expected
+        seen.clear()
+    apart[0] = 1e-10
+    assert search.one(T[0], None, True)[6] == NOT_REACHED
+    assert seen == []
+
+
 STRETCHED = [  # Gen3, at which steps by J alone end at errors of 1e-8 to 1e-6; in the last four beside a minimum of E
     [-2.5626, -0.7695, 0.0, 0.0, 0.0, -1.5708, -2.729],
     [1.1242, -1.4311, 0.0, 0.0, 0.0, 0.2979, 1.5708],

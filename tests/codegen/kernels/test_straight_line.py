@@ -115,11 +115,9 @@ def test_a_product_stands_in_the_sum_that_alone_needs_it():
     assert text.count("fmul") == 1
     assert "fneg double %v0" in text  # z - x z = (-x) z + z
 
-
-def test_a_result_is_not_taken_in():
     x, y = (Node("in", 0, j) for j in range(2))
     code = code_of([x, y, Node("*", 0, 1), Node("+", 1, 2), Node("const", 0.0)], (1, 2), (1, 3))
-    assert code.contraction() == {}
+    assert code.contraction() == {}  # a result is not taken in
     assert code.operations_after_contraction() == code.operations == 2
 
 
@@ -130,9 +128,14 @@ def test_without_the_instruction_there_are_two(monkeypatch):
     assert "fmul" in text
 
 
+def test_the_flag_is_returned_with_its_sign():
+    code = StraightLineCode((Node("in", 0, 0),), (Value(1, 0),), Value(-1, 0))
+    *_, flag, last, end = scalar_function("f", code, 1).splitlines()
+    assert (flag, last, end) == ("  %flag = fneg double %v0", "  ret double %flag", "}")
+
+
 def test_numbers_are_written_bit_for_bit():
-    assert number(1.0) == "0x3FF0000000000000"
-    assert number(-0.0) == "0x8000000000000000"
+    assert [number(1.0), number(-0.0)] == ["0x3FF0000000000000", "0x8000000000000000"]
 
 
 def test_an_operation_that_no_function_of_a_state_has_is_refused():

@@ -5,21 +5,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.rollouts.law_forms import (
-    CLOSE,
-    INVERSE_DYNAMICS,
-    LAW_FORMS,
-    MOTOR_PD,
-    PD_GRAVITY,
-    PID_LAW,
-    FrictionForm,
-    NoKernelFormError,
-    check_form,
-    differences,
-    form_function,
-    law_form,
-    states_of,
-)
+from lwr_dyn.codegen.rollouts import law_forms
 from lwr_dyn.codegen.rollouts.loop_setup import ABOVE_ZERO, NOT_NEGATIVE, RULES, check_gains
 from lwr_dyn.codegen.rollouts.passivity_law_forms import AdaptiveForm
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
@@ -36,16 +22,16 @@ from tests.codegen.rollouts.beside import ARM, INERTIA, MODEL, OTHER, STATES, WH
 SMALL_WAM = ARM.with_chain(first_links(lwr_dyn.load("wam7").chain, 4))
 
 
-@pytest.mark.parametrize("name", LAW_FORMS.names)
+@pytest.mark.parametrize("name", law_forms.LAW_FORMS.names)
 def test_every_form_is_found_by_its_controller(name):
-    form = law_form(made(name), ARM)
+    form = law_forms.law_form(made(name), ARM)
     assert form.name == name
-    assert type(form.law) is LAW_FORMS.load(name).takes
+    assert type(form.law) is law_forms.LAW_FORMS.load(name).takes
 
 
 def test_wrappers_are_taken_off_one_by_one():
     law = made("pid+friction-measured")
-    form = law_form(law, ARM)
+    form = law_forms.law_form(law, ARM)
     assert form.name == "pid+friction-measured"
     assert form.inner.name == "pid"
     assert law.inner.integral.tolist() == [0.0] * ARM.n  # the check leaves no memory behind
@@ -94,33 +80,40 @@ REFUSED = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_has_no_form_or_acts_differently_is_refused(case):
     make, words = REFUSED[case]
-    with pytest.raises(NoKernelFormError, match=words):
-        law_form(make(), ARM)
+    with pytest.raises(law_forms.NoKernelFormError, match=words):
+        law_forms.law_form(make(), ARM)
 
 
 def test_every_controller_by_name_has_a_form_or_is_named_here():
-    assert set(CONTROLLERS.rows) - set(LAW_FORMS.rows) == {"joint-impedance", "cartesian-impedance", "hand-guiding"}
+    assert set(CONTROLLERS.rows) - set(law_forms.LAW_FORMS.rows) == {
+        "joint-impedance",
+        "cartesian-impedance",
+        "hand-guiding",
+    }
 
 
 def test_the_check_sees_a_hundred_millionth_of_a_gain_thousandths_of_what_moves_the_memory_and_nan():
-    law, form = made("pid"), LAW_FORMS.load("pid").of(made("pid"), ARM)
-    step, values, states = form_function(form, ARM), form.values(), states_of(ARM)
+    law, form = made("pid"), law_forms.LAW_FORMS.load("pid").of(made("pid"), ARM)
+    step, values, states = law_forms.form_function(form, ARM), form.values(), law_forms.states_of(ARM)
 
     def share(**given):
-        return differences(step, {**values, **given}, form.start(), law, states)[1]
+        return law_forms.differences(step, {**values, **given}, form.start(), law, states)[1]
 
     law(0.0, *states[2, 0])  # a memory that is left over is reset
     assert share() < 1e-13
     for name in ("Kp", "Kd", "Ki", "tracking_time"):
-        assert share(**{name: values[name] * (1 + 1e-3)}) > CLOSE, name
-        assert differences(step, {**values, name: np.full(4, np.nan)}, form.start(), law, states) == (np.inf, np.inf)
-    check_form(form, law, ARM)
-    with pytest.raises(NoKernelFormError):
-        check_form(form, made("pid", omega_n=50.0 * (1 + 1e-8)), ARM)
+        assert share(**{name: values[name] * (1 + 1e-3)}) > law_forms.CLOSE, name
+        assert law_forms.differences(step, {**values, name: np.full(4, np.nan)}, form.start(), law, states) == (
+            np.inf,
+            np.inf,
+        )
+    law_forms.check_form(form, law, ARM)
+    with pytest.raises(law_forms.NoKernelFormError):
+        law_forms.check_form(form, made("pid", omega_n=50.0 * (1 + 1e-8)), ARM)
 
 
 def test_the_check_looks_at_small_and_large_errors_within_the_joint_box():
-    states = states_of(ARM)
+    states = law_forms.states_of(ARM)
     assert states.shape == (3, 4, 5, 4)
     assert (states[..., 2, :] > ARM.lower).all()
     assert (states[..., 2, :] < ARM.upper).all()
@@ -154,10 +147,13 @@ def test_friction_of_a_law_has_no_negative_coulomb_level():
 
 def test_every_gain_of_every_form_has_a_rule_or_none_is_needed():
     names = set()
-    for name in LAW_FORMS.names:
+    for name in law_forms.LAW_FORMS.names:
         law = made(name, adapt_friction=True) if name == "adaptive" else made(name)
-        form = LAW_FORMS.load(name).of(law, ARM)
-        names |= form.parameters.keys() | FrictionForm(FrictionCompensation(law, ARM.friction), form).parameters.keys()
+        form = law_forms.LAW_FORMS.load(name).of(law, ARM)
+        names |= (
+            form.parameters.keys()
+            | law_forms.FrictionForm(FrictionCompensation(law, ARM.friction), form).parameters.keys()
+        )
     assert names - RULES.keys() == {"scale", "middle_load", "friction_start"}
     assert RULES.keys() <= names
 
@@ -177,7 +173,7 @@ SAME = 1e-12
 def check_law(form, law, equations, *cases, knows_arm=True, **given):
     """The form is the controller, and its torque and memory are those of the equations, of its values and of others."""
     check_beside(form, law, *cases, knows_arm=knows_arm)
-    step = form_function(form, ARM)
+    step = law_forms.form_function(form, ARM)
     for values in (form.values(), other_values(form, **given)):
         memory = np.linspace(-3.0, 3.0, form.memory)
         for state in STATES.reshape(-1, 5, ARM.n):
@@ -199,14 +195,14 @@ def test_pd_with_gravity(damped):
         return weight(q) + v["Kp"] * (q_ref - q) - v["Kd"] * (dq - dq_ref if damped else dq), memory
 
     law = PDGravity(MODEL, *GAINS, damped)
-    form = PD_GRAVITY.of(law, ARM)
+    form = law_forms.PD_GRAVITY.of(law, ARM)
     check_law(form, law, equations)
     assert form.digest == f"pd-gravity velocity_error={damped}"
 
 
 def test_another_arms_pd_keeps_its_label_and_carries_that_arm():
     own = PDGravity(MODEL, 900.0, 40.0, gains="of the file")
-    again = PD_GRAVITY.of(own, ARM).controller(OTHER, {"Kp": own.Kp, "Kd": own.Kd})
+    again = law_forms.PD_GRAVITY.of(own, ARM).controller(OTHER, {"Kp": own.Kp, "Kd": own.Kd})
     q = np.full((1, ARM.n), 0.3)
     carried = lwr_dyn.dynamics_of(OTHER).gravity_vector(q)
     assert again.label == own.label
@@ -223,7 +219,7 @@ def test_pid_draws_its_integral_back_where_torques_are_cut(damped, carried):
 
     limits = np.linspace(200.0, 10.0, ARM.n)  # some samples exceed them
     law = PID(*GAINS, ARM.effort, dynamics=MODEL if carried else None, velocity_error=damped)
-    form = PID_LAW.of(law, ARM)
+    form = law_forms.PID_LAW.of(law, ARM)
     cases = {"law_effort": limits}, {"law_effort": limits, "Ki": 1e6}
     check_law(form, law, equations, *cases, knows_arm=carried, law_effort=limits)
     assert form.digest == f"pid velocity_error={damped} gravity={carried}"
@@ -233,7 +229,7 @@ def test_a_form_of_a_pid_has_an_integral_of_its_own():
     law = made.__wrapped__("pid")
     for t in (0.0, 0.1, 0.2):
         law(t, np.full(ARM.n, 0.1), *np.zeros((4, ARM.n)))
-    kept, form = law.integral.copy(), PID_LAW.of(law, ARM)
+    kept, form = law.integral.copy(), law_forms.PID_LAW.of(law, ARM)
     assert kept.any()
     assert not form.controller(ARM, form.values()).integral.any()
     assert (law.integral == kept).all()
@@ -246,7 +242,7 @@ def test_inverse_dynamics(forward, carried):
         return MODEL.inverse_dynamics(q, dq, y) - (0.0 if carried else weight(q)), memory
 
     law = InverseDynamics(MODEL, 900.0, 60.0, forward, carried)
-    form = INVERSE_DYNAMICS.of(law, ARM)
+    form = law_forms.INVERSE_DYNAMICS.of(law, ARM)
     check_law(form, law, equations)
     assert form.digest == f"inverse-dynamics feedforward={forward} gravity={carried}"
 
@@ -260,7 +256,7 @@ def test_motor_side_pd_as_it_acts_on_rigid_joints(forward, lighter):
         return carried + v["Kp"] * (q_ref - q) + v["Kd"] * (dq_ref - dq), memory
 
     law = MotorSidePD(MODEL, *GAINS, 1e4, ARM.armature, forward, lighter)
-    form = MOTOR_PD.of(law, ARM)
+    form = law_forms.MOTOR_PD.of(law, ARM)
     check_law(form, law, equations)
     assert form.digest == f"motor-pd feedforward={forward}"
 
@@ -269,11 +265,13 @@ FRICTION = tuple(JointFriction(Direction(2.0 + i, 0.5), Direction(1.0, 0.2 + i),
 
 
 @pytest.mark.parametrize("measured", [False, True])
-@pytest.mark.parametrize(("name", "kind"), [("inverse-dynamics", INVERSE_DYNAMICS), ("pid", PID_LAW)])
+@pytest.mark.parametrize(
+    ("name", "kind"), [("inverse-dynamics", law_forms.INVERSE_DYNAMICS), ("pid", law_forms.PID_LAW)]
+)
 def test_friction_around_a_law(name, kind, measured):
     inner = made(name)
     law = FrictionCompensation(inner, FRICTION, 0.5, measured)  # so wide that the speeds show its shape
-    form = FrictionForm(law, kind.of(inner, ARM))
+    form = law_forms.FrictionForm(law, kind.of(inner, ARM))
     check_beside(form, law, {"law_effort": 50.0})
     assert form.digest == f"{form.inner.digest} + {'friction-measured' if measured else 'friction'}"
     assert not hasattr(form, "signals")
@@ -281,7 +279,7 @@ def test_friction_around_a_law(name, kind, measured):
 
 def test_friction_around_a_law_has_its_signals():
     adaptive = made("adaptive")
-    wrapped = FrictionForm(FrictionCompensation(adaptive, FRICTION), AdaptiveForm.of(adaptive, ARM))
+    wrapped = law_forms.FrictionForm(FrictionCompensation(adaptive, FRICTION), AdaptiveForm.of(adaptive, ARM))
     assert wrapped.signals(np.zeros((3, 10))).keys() == {"adapted_payload"}
 
 
@@ -289,4 +287,4 @@ def test_a_stribeck_curve_is_refused():
     falling = JointFriction(*(Direction(1.0, 0.1, 2.0, 0.05),) * 2)
     law = FrictionCompensation(made("inverse-dynamics"), (*FRICTION[:2], falling, *FRICTION[3:]))
     with pytest.raises(OptionError, match="friction of joint 3: a Stribeck curve; allowed: in kernels Coulomb"):
-        law_form(law, ARM)
+        law_forms.law_form(law, ARM)

@@ -1,6 +1,7 @@
 """Rollouts in other conditions than tracking: a free swing, saturation, stops, several references, delay, noise."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,13 +9,15 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.kernels.kernel_spec import inertial_parameters
 from lwr_dyn.codegen.rollouts.kernel import room_for_record
-from lwr_dyn.codegen.rollouts.law_forms import NoKernelFormError
-from lwr_dyn.codegen.rollouts.loop_setup import arm_of_run, mass_matrices
+from lwr_dyn.codegen.rollouts.kernel_task import plan_of, task_of
+from lwr_dyn.codegen.rollouts.law_forms import INVERSE_DYNAMICS, NoKernelFormError
+from lwr_dyn.codegen.rollouts.loop_setup import arm_of_run, kept_values, loop_setup, mass_matrices
 from lwr_dyn.codegen.rollouts.result import figures_of
 from lwr_dyn.foundation import errors
 from lwr_dyn.model.chain import first_links
 from lwr_dyn.model.friction import symmetric
 from lwr_dyn.simulation.plant import Encoder
+from lwr_dyn.simulation.setup import Loop
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
 from tests.codegen.rollouts.beside import first_joints
 from tests.codegen.rollouts.test_rollouts import ARM, IST, OWN, perturbed
@@ -132,6 +135,72 @@ def test_an_arm_with_sliding_joints_moves_as_in_simulate():
     assert done.flags == ("", "")
     assert np.abs(done.run(1).q - done.q[1]).max() < 1e-12
     assert max(differences(done, 1, arm).values()) < 1e-10
+
+
+PLAN = {
+    "substeps": 1, "varies_plant": False, "varies_model": False, "friction_width": None, "pole": None, "noise": "none",
+    "most_delay": 0,
+}  # fmt: skip
+SILENT, NOISY = Encoder(1e-4, 0.0, 50.0), Encoder(1e-4, 1e-5, 50.0)
+POLE = SILENT.velocity_filter(500.0).pole
+
+
+@pytest.mark.parametrize(
+    ("options", "given", "differs"),
+    [
+        ({}, ["Kp", "effort", "q0", "armature"], {}), ({}, ["inertia"], {"varies_plant": True}),
+        ({}, ["payload"], {"varies_plant": True}), ({}, ["model_inertia"], {"varies_model": True}),
+        ({}, ["model_payload"], {"varies_model": True}), ({"delay": 1}, [], {"most_delay": 8}),
+        ({}, ["delay"], {"most_delay": 8}), ({"substeps": 3}, [], {"substeps": 3}),
+        ({"friction": "smooth"}, [], {"friction_width": 0.07}), ({"encoder": SILENT}, [], {"pole": POLE}),
+        ({"encoder": NOISY}, [], {"pole": POLE, "noise": "philox"}),
+        ({"encoder": SILENT}, ["noise"], {"pole": POLE, "noise": "philox"}),
+        ({}, ["resolution"], {"pole": Encoder().velocity_filter(500.0).pole}),
+        ({}, ["noise"], {"pole": Encoder().velocity_filter(500.0).pole, "noise": "philox"}),
+    ],
+)  # fmt: skip
+def test_a_plan_depends_on_which_parameters_are_given(options, given, differs):
+    setup = loop_setup(RUBBING, LAW, IST, Loop(rate=500.0, duration=0.01, **{"friction": "none"} | options), 0.07)
+    plan = plan_of(setup, INVERSE_DYNAMICS.of(LAW, RUBBING), dict.fromkeys(given))
+    assert {name: getattr(plan, name) for name in PLAN} == PLAN | differs
+    assert (plan.rate, plan.arm, plan.plant) == (500.0, RUBBING, RUBBING)
+
+
+@pytest.mark.parametrize("saturate", [True, False])
+def test_numbers_of_the_loop_and_of_its_runs_stand_in_their_slots(saturate):
+    moves = [IST, lwr_dyn.reference("hold", ARM, q=np.full(7, 0.1), duration=0.01)]
+    given = {
+        "reference": np.array([1.0, 0.0, 1.0]), "effort": np.arange(21.0).reshape(3, 7), "Kp": np.ones((3, 7)),
+        "delay": np.array([0.0, 2.0, 5.0]), "dq0": np.full((3, 7), 0.5), "payload": np.array([0.0, 1.0, 2.0]),
+    }  # fmt: skip
+    loop = Loop(rate=500.0, duration=0.01, delay=3, encoder=NOISY, saturate=saturate, seed=9, friction="none")
+    setup = loop_setup(ARM, LAW, moves, loop)
+    plan = plan_of(setup, INVERSE_DYNAMICS.of(LAW, ARM), given)
+    kernel, limit = SimpleNamespace(slots=plan.slots), ARM.effort if saturate else np.full(7, 1e300)
+    task = task_of(setup, plan, kernel, given, 3, 0.02, (0.5,), 4, 11)
+    start = IST.sample(np.zeros(1))
+    common = {
+        "q": start.q[0], "dq": start.dq[0], "armature": ARM.armature, "effort": limit, "rating": ARM.effort,
+        "lower": ARM.lower, "upper": ARM.upper, "tolerance": 4e-4, "last": 5.0, "delay": 3.0, "resolution": 1e-4,
+        "noise": 1e-5, "gain Kp": LAW.Kp, "gain Kd": LAW.Kd, "margin": np.inf, "violation": np.inf, "saturated": 0.0,
+    }  # fmt: skip
+    for name, value in common.items():
+        wanted = np.broadcast_to(value, plan.slots.widths[name])
+        np.testing.assert_array_equal(task.common[plan.slots.places(name)], wanted, err_msg=name)
+    runs = np.tile(task.common, (3, 1))
+    for row, values in zip(runs, task.given, strict=True):
+        row[task.places.astype(int)] = values
+    q = [np.full(7, 0.1), start.q[0], np.full(7, 0.1)]
+    of_run = {
+        "q": q, "dq": given["dq0"], "gain Kp": given["Kp"], "delay": given["delay"], "rating": given["effort"],
+        "effort": given["effort"] if saturate else np.full((3, 7), 1e300), "gain Kd": np.tile(LAW.Kd, (3, 1)),
+        "plant": kept_values(ARM.chain, None, given["payload"], None),
+    }  # fmt: skip
+    for name, value in of_run.items():
+        np.testing.assert_array_equal(runs[:, plan.slots.places(name)], np.reshape(value, (3, -1)), err_msg=name)
+    assert (task.seed, task.first_run, task.stride, task.quantiles) == (9, 11, 4, (0.5,))
+    assert task.which.tolist() == [1, 0, 1]
+    assert task.reference.shape == (2, 6, 24)
 
 
 NAN = np.full(3, np.nan)

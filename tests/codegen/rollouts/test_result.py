@@ -8,15 +8,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen.kernels.elementary import sincos
+from lwr_dyn.codegen.rollouts import result
 from lwr_dyn.codegen.rollouts.kernel import Computed
-from lwr_dyn.codegen.rollouts.result import (
-    FLAGS,
-    Rollouts,
-    checked_quantiles,
-    figures_of,
-    metrics_of_computed,
-    settle,
-)
 from lwr_dyn.codegen.rollouts.step import FIGURES, Slots
 from lwr_dyn.foundation.errors import DivergenceError, OptionError
 from lwr_dyn.kinematics.forward import flange_pose
@@ -48,7 +41,7 @@ GOOD = {
 
 
 def test_metrics_are_roots_of_means_and_largest_values():
-    metrics, flags = metrics_of_computed(SETUP, SLOTS, computed({}, {"violation": 4.0}), (0.5, 0.9))
+    metrics, flags = result.metrics_of_computed(SETUP, SLOTS, computed({}, {"violation": 4.0}), (0.5, 0.9))
     assert flags == ["", ""]
     assert {name: values[0].tolist() for name, values in metrics.items()} == {
         "tip_rms": 3.0, "tip_max": 5.0, "tip_final": 4.0, "position_rms": [1.0, 2.0], "position_max": [0.5, 0.6],
@@ -76,8 +69,8 @@ FARTHEST = (sincos("float64").most_half_turns - 1) * np.pi
 )  # fmt: skip
 def test_a_flag_says_what_ended_a_run(change, flag):
     """0.2 rad a step of RK4, two of them in 20 ms."""
-    assert metrics_of_computed(SETUP, SLOTS, computed(change, {}), ())[1] == [flag, ""]
-    assert flag in FLAGS
+    assert result.metrics_of_computed(SETUP, SLOTS, computed(change, {}), ())[1] == [flag, ""]
+    assert flag in result.FLAGS
 
 
 @pytest.mark.parametrize(
@@ -92,7 +85,7 @@ def test_speed_counts_by_samples_where_steps_are_many_and_stops_only_where_they_
     """A tenth of a turn a sample would be seen in the angles."""
     loop = SimpleNamespace(rate=50.0, substeps=99, position_limits=False)
     free = SimpleNamespace(**{**vars(SETUP), "loop": loop})
-    assert metrics_of_computed(free, SLOTS, computed(change), ())[1] == [flag]
+    assert result.metrics_of_computed(free, SLOTS, computed(change), ())[1] == [flag]
 
 
 def test_figures_of_a_run_are_those_of_its_rows():
@@ -106,7 +99,7 @@ def test_figures_of_a_run_are_those_of_its_rows():
     )  # fmt: skip
     tips = [flange_pose(arm.chain, x)[:, :3, 3] for x in (run.q, run.q_ref)]
     away = np.sqrt(((tips[0] - tips[1]) ** 2).sum(axis=1))
-    found = figures_of(run, arm, away[1] * 0.999, (0.5,))
+    found = result.figures_of(run, arm, away[1] * 0.999, (0.5,))
     joints = {
         "position_rms": np.sqrt(0.1 / 3.0), "position_max": 0.3, "peak_torque": 3.0, "peak_speed": 0.6,
         "torque_rms": 10.0 * np.sqrt(0.1 / 3.0), "saturated_s": 0.1, "peak_command": 3.0 * arm.effort,
@@ -120,7 +113,7 @@ def test_figures_of_a_run_are_those_of_its_rows():
     assert found.keys() == expected.keys()
     for name, value in expected.items():
         assert found[name] == pytest.approx(value, rel=1e-14), name
-    assert [figures_of(run, arm, x)["first_violation"] for x in (None, away[1])] == [np.inf, 0.4]
+    assert [result.figures_of(run, arm, x)["first_violation"] for x in (None, away[1])] == [np.inf, 0.4]
 
 
 @pytest.mark.parametrize("hand_over", [True, False])
@@ -135,7 +128,9 @@ def test_runs_with_a_flag_are_made_again_and_the_others_stay(hand_over):
 
     record, metrics = np.zeros((4, 2, 6)), {"a": np.arange(4.0), "b": np.arange(8.0).reshape(4, 2)}
     given = (record, 2, again) if hand_over else (None, 2, None)
-    simulated = settle(["", "stop", "not finite", ""], metrics, *given, lambda run, i: {"a": 10.0 * i, "b": run.q[0]})
+    simulated = result.settle(
+        ["", "stop", "not finite", ""], metrics, *given, lambda run, i: {"a": 10.0 * i, "b": run.q[0]}
+    )
     nan, made = [np.nan] * 2, hand_over
     assert simulated.tolist() == [False, made, made, False]
     np.testing.assert_array_equal(metrics["a"], [0.0, 10.0 if made else np.nan, np.nan, 3.0])
@@ -147,18 +142,18 @@ def test_runs_with_a_flag_are_made_again_and_the_others_stay(hand_over):
 
 
 def test_a_run_is_counted_from_either_end_and_shown():
-    done = Rollouts({"a": 0}, ("", "stop", "stop"), np.array([False, True, False]), again=lambda i: i)
+    done = result.Rollouts({"a": 0}, ("", "stop", "stop"), np.array([False, True, False]), again=lambda i: i)
     assert [done.run(i) for i in (0, 2, -1, -3, np.int64(1))] == [0, 2, 2, 0, 1]
     for i in (3, -4, 1.0, True, "a", None):
         with pytest.raises(OptionError, match=r"allowed: 0 to 2"):
             done.run(i)
     assert repr(done) == "Rollouts(3 runs, flags: 2 stop, 1 of them by simulate, 1 metrics)"
     with pytest.raises(OptionError):
-        Rollouts({}, ("",), np.array([False])).run(0)
+        result.Rollouts({}, ("",), np.array([False])).run(0)
 
 
 def test_quantiles_are_shares_between_0_and_1():
-    assert checked_quantiles([0.5, np.float64(0.9)]) == (0.5, 0.9)
+    assert result.checked_quantiles([0.5, np.float64(0.9)]) == (0.5, 0.9)
     for wrong in (0.5, [0.0], [1.0], ["a"]):
         with pytest.raises(OptionError, match="quantiles"):
-            checked_quantiles(wrong)
+            result.checked_quantiles(wrong)

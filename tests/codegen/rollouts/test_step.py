@@ -9,18 +9,8 @@ from llvmlite import binding as llvm
 
 from lwr_dyn.codegen.kernels.loop_code import KernelLoop
 from lwr_dyn.codegen.kernels.machine_code import target_machine
+from lwr_dyn.codegen.rollouts import step
 from lwr_dyn.codegen.rollouts.philox_code import CountedEncoder, normal_numbers, philox, uniform_code, uniform_numbers
-from lwr_dyn.codegen.rollouts.step import (
-    FIGURES,
-    OF_JOINTS,
-    STARTS,
-    Slots,
-    encoder_reading,
-    figures,
-    late_command,
-    normals,
-    rounded,
-)
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.closed_forms.text_parser import parsed
 from lwr_dyn.model.spatial import Vector
@@ -129,7 +119,7 @@ def _encoder_function(encoder: Encoder, by_run: bool, noisy: bool) -> casadi.Fun
     first, resolution = casadi.SX.sym("first"), casadi.SX.sym("resolution")
     count = resolution if by_run else encoder.resolution
     pole = encoder.velocity_filter(RATE).pole
-    reading = encoder_reading(q, dq, memory, noise if noisy else None, count, pole, RATE, first)
+    reading = step.encoder_reading(q, dq, memory, noise if noisy else None, count, pole, RATE, first)
     return casadi.Function("sample", [q, dq, memory, noise, resolution, first], list(reading))
 
 
@@ -155,12 +145,12 @@ def test_readings_are_those_of_the_sensor(resolution: float, noise: float, by_ru
 def test_rounded_gives_halves_to_the_even_number() -> None:
     x = casadi.SX.sym("x", 8)
     values = np.array([-2.5, -1.5, -0.5, 0.5, 1.5, 2.4999999999999996, 7e5 + 0.5, -3.7])
-    assert (casadi.Function("f", [x], [rounded(x)])(values).full().ravel() == np.round(values)).all()
+    assert (casadi.Function("f", [x], [step.rounded(x)])(values).full().ravel() == np.round(values)).all()
 
 
 def test_normals_are_those_of_philox() -> None:
     u = casadi.SX.sym("u", 8)
-    function = casadi.Function("f", [u], [normals(u, 7)])
+    function = casadi.Function("f", [u], [step.normals(u, 7)])
     expected = normal_numbers(1, 2, 9, 7)
     for row, uniform in zip(expected, uniform_numbers(1, 2, 9, 8), strict=True):
         assert np.abs(function(uniform).full().ravel() - row).max() < 1e-14
@@ -170,7 +160,7 @@ def test_normals_are_those_of_philox() -> None:
 def test_late_commands_are_those_of_a_delayed_controller(most: int) -> None:
     command, memory = casadi.SX.sym("c", N), casadi.SX.sym("m", N * most)
     delay, sample = casadi.SX.sym("d"), casadi.SX.sym("k")
-    late = late_command(command, memory, delay, sample)
+    late = step.late_command(command, memory, delay, sample)
     function = casadi.Function("late", [command, memory, delay, sample], list(late))
     commands = np.random.default_rng(0).normal(size=(12, N))
     for samples in range(most + 1):
@@ -195,13 +185,16 @@ def test_an_encoder_of_a_run_differs_in_its_noise_alone() -> None:
 
 def test_figures_of_samples_are_sums_and_largest_values() -> None:
     """Two samples of two joints; the second is the last, which has no duration."""
-    joint = {name: casadi.DM([STARTS[name]] * 2) if name in OF_JOINTS else casadi.DM(STARTS[name]) for name in FIGURES}
+    joint = {
+        name: casadi.DM([step.STARTS[name]] * 2) if name in step.OF_JOINTS else casadi.DM(step.STARTS[name])
+        for name in step.FIGURES
+    }
     x = joint | {"tolerance": 8.0, "last": 1.0, "nothing": 0.0, "tip": casadi.DM([1.0, 2.0, 3.0])}
     x |= {"lower": casadi.DM([-1.0, -2.0]), "upper": casadi.DM([1.5, 2.0]), "rating": casadi.DM([5.0, 50.0])}
 
     def after(k, q, dq, command, applied, away):
         given = {"q": casadi.DM(q), "dq": casadi.DM(dq), "sample": casadi.DM(k), "reference": casadi.DM([0.0] * 6)}
-        return figures(x | given, Vector(1.0 + away, 2.0, 3.0 - away), casadi.DM(command), casadi.DM(applied))
+        return step.figures(x | given, Vector(1.0 + away, 2.0, 3.0 - away), casadi.DM(command), casadi.DM(applied))
 
     x |= after(0, [0.5, -1.0], [1.0, -3.0], [6.0, -7.0], [5.0, -7.0], 2.0)
     x |= (out := after(1, [1.0, 0.5], [2.0, 1.0], [9.0, 1.0], [5.0, 1.0], 3.0))
@@ -217,7 +210,7 @@ def test_figures_of_samples_are_sums_and_largest_values() -> None:
 
 
 def test_slots_stand_one_after_the_other() -> None:
-    slots = Slots({"a": 2, "none": 0, "b": 3})
+    slots = step.Slots({"a": 2, "none": 0, "b": 3})
     found = slots.first("b"), slots.places("b"), slots.all_places(["b", "a"]), slots.size
     assert found == (2, range(2, 5), [2, 3, 4, 0, 1], 5)
     assert slots.filled({"b": [1.0, 2.0, 3.0], "none": []}).tolist() == [0.0, 0.0, 1.0, 2.0, 3.0]
