@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.emit.c_file import c_files
+from lwr_dyn.codegen.emit.c_file import c_files, c_function
 from lwr_dyn.codegen.emit.emission import emitted_arm, identifier
 from lwr_dyn.codegen.emit.functions import Argument, EmittedFunction, emitted_code
 from lwr_dyn.foundation.errors import OptionError
@@ -157,6 +157,18 @@ def test_exponentials_keep_their_digits_and_nan(tmp_path):
     subprocess.run(command, cwd=tmp_path, check=True)
     said = subprocess.run([str(tmp_path / "nan")], capture_output=True, text=True, check=True)
     assert (said.stdout, said.stderr) == ("1", "")
+
+
+def test_an_argument_that_is_not_read_is_named_to_the_compiler():
+    x, y = casadi.SX.sym("x", 2), casadi.SX.sym("y", 3)
+    function = casadi.Function("first", [x, y], [x[0] * x[1]])
+    code = emitted_code(
+        EmittedFunction("first", "", (Argument("x", 2, "1"), Argument("y", 3, "1")), (1,), "1", function)
+    )
+    head, brace, unread, *lines = c_function(code, "f", "restrict").splitlines()
+    assert head.startswith("void f(const double x[2], const double y[3], double out[")
+    assert (brace, unread, lines[-1]) == ("{", "    (void)y;", "}")
+    assert not [line for line in lines if "(void)" in line]
 
 
 def test_exponentials_are_of_float64_alone():

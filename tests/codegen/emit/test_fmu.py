@@ -207,8 +207,7 @@ def test_every_law_can_be_written(law):
     assert zipfile.ZipFile(BytesIO(made.archive())).testzip() is None
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("robot", "version"), [("wam7", "2"), ("lwr4plus", "3")])
+@pytest.mark.parametrize(("robot", "version"), [pytest.param("wam7", "2", marks=pytest.mark.slow), ("lwr4plus", "3")])
 def test_directional_derivatives_are_those_of_the_batch_and_of_differences(tmp_path, robot, version):
     arm, plant = lwr_dyn.load(robot), instance(tmp_path, robot, version)
     n, rng = arm.n, np.random.default_rng(8)

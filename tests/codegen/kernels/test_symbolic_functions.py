@@ -44,9 +44,8 @@ def arm_of(name):
 RANDOM = {"RPR": (3, "RPR"), "R": (5, "R"), "P": (6, "P")}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("function", FUNCTIONS)
-@pytest.mark.parametrize("name", [*ROBOTS, *RANDOM])
+@pytest.mark.parametrize("name", ["RPR", *(pytest.param(x, marks=pytest.mark.slow) for x in (*ROBOTS, "R", "P"))])
 def test_a_function_is_pinocchios(name, function):
     arm = arm_of(name)
     x = states(arm.n, 60)
