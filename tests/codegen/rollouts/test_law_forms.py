@@ -112,6 +112,20 @@ def test_the_check_sees_a_hundred_millionth_of_a_gain_thousandths_of_what_moves_
         law_forms.check_form(form, made("pid", omega_n=50.0 * (1 + 1e-8)), ARM)
 
 
+@pytest.mark.parametrize(("size", "share"), [(1.0, 0.02), (0.01, 0.2)])
+def test_differences_count_as_shares_of_the_largest_torque_of_their_sample_from_1_on(size, share):
+    """Torques of 10, 20 and 30 times the size; the form is off by 0.1 in one sequence and by 0.2 in the other."""
+    sequences = np.zeros((2, 3, 5, 2))
+    sequences[:, :, 0] = size * np.outer([1.0, 2.0, 3.0], [10.0, 1.0])
+    sequences[1, :, 1] = 0.1  # dq
+
+    def step(q, dq, *others):
+        return q + np.array([0.0, 0.1]) + dq * [0.0, 1.0], others[3]
+
+    found = law_forms.differences(step, {}, np.zeros(0), lambda t, q, *_: q, sequences)
+    np.testing.assert_allclose(found, (0.2, share), rtol=1e-12)
+
+
 def test_the_check_looks_at_small_and_large_errors_within_the_joint_box():
     states = law_forms.states_of(ARM)
     assert states.shape == (3, 4, 5, 4)

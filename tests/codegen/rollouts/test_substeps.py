@@ -70,7 +70,8 @@ def test_an_estimate_looks_at_runs_over_all_with_true_readings(monkeypatch):
     for plan, task in tasks:
         row = dict(zip(task.places.astype(int).tolist(), task.given.T, strict=True))
         loads = np.linspace(0.0, 1.0, runs)[evenly(runs)]
-        assert np.array_equal(row[plan.slots.first("plant")], kept_values(RUBBING.chain, None, loads, None)[:, 0])
+        plant = np.transpose([row[place] for place in plan.slots.places("plant")])
+        assert np.array_equal(plant, kept_values(RUBBING.chain, None, loads, None))
         assert not np.any([row[plan.slots.first(name)] for name in ("noise", "resolution")])
         assert [task.common[plan.slots.first(name)] for name in ("noise", "resolution")] == [0.0, 0.0]
         assert (task.runs, task.stride, task.first_run) == (64, 2, 0)
