@@ -70,8 +70,7 @@ def test_its_functions_without_a_gate_can_be_pickled():
     assert np.array_equal(again.forward_dynamics(Q[0], DQ[0], X[0]), ENGINE.forward_dynamics(Q[0], DQ[0], X[0]))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("function", ["mass_matrix", "gravity_vector"])
+@pytest.mark.parametrize("function", ["mass_matrix", pytest.param("gravity_vector", marks=pytest.mark.slow)])
 def test_a_large_angle_gives_the_number_of_its_turn(function):
     far = Q + 2.0 * np.pi * 1e7
     for call in (getattr(ENGINE, function), getattr(ENGINE.ungated, function)):
