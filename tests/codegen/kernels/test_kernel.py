@@ -111,16 +111,12 @@ def test_files_of_a_killed_process_are_deleted_later(folder):
 
 
 def test_the_key_distinguishes_arms_choices_and_functions():
-    specs = [
-        kernel_spec(ARM),
-        kernel_spec(lwr_dyn.load("lwr4plus", "printed")),
-        kernel_spec(ARM, dtype="float32"),
-        kernel_spec(ARM, inputs=["gravity"]),
-        kernel_spec(ARM, rotors="none"),
-        kernel_spec(replace(ARM, friction=(symmetric(1.0, 0.1),) * 7), friction="arm"),
-    ]
+    rubbing = replace(ARM, friction=(symmetric(1.0, 0.1),) * 7)
+    choices = [{}, {"dtype": "float32"}, {"inputs": ["gravity"]}, {"rotors": "none"}, {"layout": "blocks"}]
+    specs = [kernel_spec(ARM, **choice) for choice in choices]
+    specs += [kernel_spec(lwr_dyn.load("lwr4plus", "printed")), kernel_spec(rubbing, friction="arm")]
     keys = {kernel.key_of(spec, name) for spec in specs for name in ("gravity_vector", "mass_matrix")}
-    assert len(keys) == 12
+    assert len(keys) == 14
     assert kernel.key_of(kernel_spec(lwr_dyn.load("lwr4plus")), "mass_matrix") in keys
 
 
@@ -145,13 +141,6 @@ def test_an_absent_package_is_named(monkeypatch, package):
     for make in (lwr_dyn.batch_dynamics, lambda arm: lwr_dyn.dynamics_of(arm, "kernels")):
         with pytest.raises(MissingPackageError, match=rf"{package} is not installed.*pip install 'lwr_dyn\[batch\]'"):
             make(ARM)
-
-
-def test_the_folder_follows_the_users_cache(monkeypatch, tmp_path):
-    monkeypatch.delenv("LWR_DYN_CACHE", raising=False)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(sys, "platform", "linux")
-    assert kernel.cache_folder() == tmp_path / "lwr_dyn"
 
 
 def test_without_a_home_folder_kernels_are_not_kept(monkeypatch):

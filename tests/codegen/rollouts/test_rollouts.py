@@ -87,18 +87,10 @@ def test_simulate_repeats_noise_counts_and_delay(seed, first_run):
     done = counted(np.arange(4), seed=seed, first_run=first_run)
     for i in range(4):
         run = done.run(i)
-        assert np.abs(run.q - done.q[i]).max() < 1e-12
+        assert np.abs(run.q - done.q[i]).max() < (1e-14 if i == 0 else 1e-12)  # noise alone; counts: an open loop
+        assert np.abs(run.q - run.q_ref).max() > 0.1 * NOISE
         assert np.abs(run.tau_applied - done.tau[i]).max() < 1e-9
         assert (run.meta["encoder"]["run"], run.meta["options"]["delay"]) == (first_run + i, min(i // 2, 2))
-
-
-@pytest.mark.slow
-def test_noise_alone_is_repeated_for_as_long_as_one_likes():
-    """Counts are not: between two of them the loop is open, and rounding grows as the arm falls."""
-    done = noisy([NOISE], duration=3.0)
-    run = done.run(0)
-    assert np.abs(run.q - run.q_ref).max() > 0.1 * NOISE
-    assert np.abs(run.q - done.q[0]).max() < 1e-14
 
 
 @pytest.mark.slow
