@@ -64,38 +64,29 @@ def loop(plant, law, motion, count, delay=0):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("robot", "law", "version"), [("lwr4plus", "inverse-dynamics", "3"), ("wam7", "pid", "2")])
-def test_plant_and_law_in_turn_are_the_loop_of_simulate(tmp_path, robot, law, version):
+@pytest.mark.parametrize(
+    ("robot", "law", "version", "delay"),
+    [("lwr4plus", "inverse-dynamics", "3", 0), ("lwr4plus", "inverse-dynamics", "3", 1), ("wam7", "pid", "2", 0)],
+)
+def test_plant_and_law_are_the_loop_of_simulate(tmp_path, robot, law, version, delay):
+    """Stepped in turn; in parallel, that with a delay of a sample."""
     arm, reference = lwr_dyn.load(robot), task(robot)
-    controller, friction = lwr_dyn.controller(law, arm), "none"
-    if arm.has_friction:
-        friction = smooth_friction(arm.friction_models(), module.FRICTION_WIDTH)
-    start = reference.sample(np.zeros(1)).q[0]
-    run = lwr_dyn.simulate(
-        arm, controller, reference, rate=RATE, substeps=4, q0=start, friction=friction, payload=2.0,
-        payload_com=LOAD["payload_com"],
+    friction = smooth_friction(arm.friction_models(), module.FRICTION_WIDTH) if arm.has_friction else "none"
+    start = reference.sample(np.zeros(1)).q[0] + 0.002
+    run, other = (
+        lwr_dyn.simulate(
+            arm, lwr_dyn.controller(law, arm), reference, rate=RATE, substeps=4, q0=start, friction=friction,
+            payload=2.0, payload_com=LOAD["payload_com"], delay=k,
+        )
+        for k in (delay, 1 - delay)
     )  # fmt: skip
     plant, sampled = instance(tmp_path, robot, version), instance(tmp_path, robot, version, law)
+    motion = reference.sample(run.t)
     plant.begin(q_start=start, step=0.25 / RATE, **LOAD)
-    sampled.begin()
-    q = loop(plant, sampled, reference.sample(run.t), len(run.t))
-    assert np.abs(q - run.q).max() < 1e-12
-
-
-@pytest.mark.slow
-def test_a_law_stepped_in_parallel_is_the_loop_with_a_delay_of_a_sample(tmp_path):
-    arm, reference = lwr_dyn.load("lwr4plus"), task("lwr4plus")
-    start, law = reference.sample(np.zeros(1)).q[0] + 0.002, lwr_dyn.controller("inverse-dynamics", arm)
-    delayed, prompt = (
-        lwr_dyn.simulate(arm, law, reference, rate=RATE, substeps=1, q0=start, friction="none", delay=k) for k in (1, 0)
-    )
-    plant, sampled = instance(tmp_path, "lwr4plus", "3"), instance(tmp_path, "lwr4plus", "3", "inverse-dynamics")
-    motion = reference.sample(delayed.t)
-    plant.begin(q_start=start, step=1.0 / RATE)
     sampled.begin(q=start, q_ref=motion.q[0], dq_ref=motion.dq[0], ddq_ref=motion.ddq[0])
-    q = loop(plant, sampled, motion, len(delayed.t), delay=1)
-    assert np.abs(q - delayed.q).max() < 1e-12
-    assert np.abs(q - prompt.q).max() > 1e-6
+    q = loop(plant, sampled, motion, len(run.t), delay)
+    assert np.abs(q - run.q).max() < 1e-12
+    assert np.abs(q - other.q).max() > 1e-6
 
 
 def swing(arm, start, tau, seconds=0.1):
