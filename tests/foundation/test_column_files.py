@@ -1,10 +1,12 @@
 """Columns of CSV and Parquet files come back to the last bit, and a damaged file is one line."""
 
+import sys
+
 import numpy as np
 import pytest
 
 from lwr_dyn.foundation.column_files import SUFFIXES, read_columns, read_head, table_bytes
-from lwr_dyn.foundation.errors import FileAccessError, LogError
+from lwr_dyn.foundation.errors import FileAccessError, LogError, MissingPackageError
 
 NAMES = ("time", "q1", "q2")
 COLUMNS = [np.array([0.0, 0.1, 0.2]), np.array([1e-300, -1.0 / 3.0, 2.5]), np.array([5e15, 0.1 + 0.2, -0.0])]
@@ -51,11 +53,13 @@ def test_lines_before_the_names_are_counted(tmp_path):
     [
         ("log.txt", b"a\n1\n", FileAccessError, r"ends in '\.txt'"),
         ("log.csv", b"\xff\xfe\x00", LogError, "head: not text; needed: a CSV file in UTF-8"),
+        ("none.csv", None, FileAccessError, "no such file"),
         ("log.parquet", table_bytes(NAMES, COLUMNS, ".parquet")[:-10], FileAccessError, "not a whole Parquet file"),
     ],
 )
 def test_other_and_damaged_files_are_refused(tmp_path, name, content, error, words):
-    (tmp_path / name).write_bytes(content)
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
     with pytest.raises(error, match=words):
         read_head(tmp_path / name)
 
@@ -74,6 +78,16 @@ KINDS = {
     "fixed": lambda x: x.list_(x.float32(), 2), "list": lambda x: x.list_(x.float64()),
     "large": lambda x: x.large_list(x.int64()),
 }  # fmt: skip
+
+
+def test_a_parquet_file_without_rows_or_without_its_reader_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "log.parquet"
+    path.write_bytes(table_bytes(NAMES, [np.zeros(0)] * 3, ".parquet"))
+    with pytest.raises(LogError, match="rows: none; needed: rows of numbers"):
+        read(path, [0])
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(MissingPackageError, match=r"pyarrow is not installed.*logs"):
+        read_head(path)
 
 
 @pytest.mark.parametrize("form", KINDS)

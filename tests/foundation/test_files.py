@@ -41,9 +41,16 @@ def test_a_place_that_cannot_be_written_is_refused_at_once(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(FileAccessError, match="allowed: a file in an existing, writable"):
         files.write_files({tmp_path / "none" / "x": ""})
-    for place, reason in ((tmp_path, "is a directory"), (tmp_path / "none" / "x", "no directory")):
-        with pytest.raises(FileAccessError, match=reason):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to("link")
+    for place, reason in (
+        (tmp_path, "is a directory"), (tmp_path / "none" / "x", "no directory"), (tmp_path / "pipe", "a pipe or a"),
+        ("x\0", "a null character"), (tmp_path / "link", "a link that leads to itself"),
+    ):  # fmt: skip
+        with pytest.raises(FileAccessError, match=f"{reason}.*; allowed: a file in an existing, writable"):
             files.check_writable(place)
+    with pytest.raises(FileAccessError, match=r"does not end in \.urdf; allowed: a path that ends in \.urdf"):
+        files.check_writable(tmp_path / "x", ".urdf")
     with pytest.raises(FileAccessError, match="a directory that exists or can be made, and can be written"):
         files.make_folder(tmp_path / "file" / "x")
 
@@ -60,10 +67,12 @@ def test_what_a_killed_process_left_is_deleted_by_a_later_write(tmp_path):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the cache folder of Linux")
 def test_the_cache_folder_is_the_one_that_is_named_or_below_the_home(tmp_path, monkeypatch):
-    for name in ("LWR_DYN_CACHE", "XDG_CACHE_HOME"):
+    for name in ("LWR_DYN_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert files.cache_folder() == tmp_path / ".cache" / "lwr_dyn"
+    for system, caches in (("win32", "AppData/Local"), ("darwin", "Library/Caches"), ("linux", ".cache")):
+        monkeypatch.setattr(sys, "platform", system)
+        assert files.cache_folder() == tmp_path / caches / "lwr_dyn"
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "caches"))
     assert files.cache_folder() == tmp_path / "caches" / "lwr_dyn"
     monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "kernels"))
@@ -79,6 +88,7 @@ def test_only_a_regular_file_of_at_most_the_given_size_is_readable(tmp_path):
         ("pipe", None, "a pipe or a device; allowed: a regular file: a file"),
         ("", None, "is a directory; allowed: a file"),
         ("none", None, "no such file or directory; allowed: a file"),
+        ("x\0", None, "a null character; allowed: a file"),
     ):
         with pytest.raises(FileAccessError, match=message):
             files.check_readable(tmp_path / name, "a file", largest)

@@ -3,6 +3,7 @@
 import ctypes
 import math
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -170,7 +171,7 @@ def test_a_call_hands_over_poses_q0_and_settings():
 
 def test_a_near_miss_is_finished_from_the_middle_or_from_q0(monkeypatch):
     """By a kernel that reaches nothing: by 1 um, or by 10 um; from where Newton's method begins is noted."""
-    arm, seen, apart = arm_named("kr30ha"), [], [1e-12]
+    arm, seen, codes, apart = arm_named("kr30ha"), [], [], [1e-12]
     x = search_ranges(arm, True, 2, 0)
 
     def call(T, T_step, q0, q0_step, s, s_step, out, b, start, stop):
@@ -179,7 +180,7 @@ def test_a_near_miss_is_finished_from_the_middle_or_from_q0(monkeypatch):
 
     def finished(chain, ranges, T, row, near):
         seen.append(None if near is None else near.tolist())
-        return np.array([*row[:6], FOUND, *row[7:]])
+        return np.array([*row[:6], codes.pop() if codes else FOUND, *row[7:]])
 
     monkeypatch.setattr(pose_kernel, "finish", finished)
     search = pose_kernel.KernelSearch(arm.chain, x, call, 8, (arm, True, 2, 0))
@@ -195,9 +196,28 @@ def test_a_near_miss_is_finished_from_the_middle_or_from_q0(monkeypatch):
         assert (search.rows(T, *given)[:, 6] == FOUND).all()
         assert seen == expected
         seen.clear()
+    codes.extend([NOT_REACHED] * 2)  # not from there, nor from where the first start ends
+    assert search.one(T[0], None, True)[6] == FOUND
+    assert seen == [x.middle.tolist()] * 3
+    seen.clear()
+    codes.extend([NOT_REACHED] * 3)
+    assert search.one(T[0], None, True)[6] == NOT_REACHED
+    seen.clear()
     apart[0] = 1e-10
     assert search.one(T[0], None, True)[6] == NOT_REACHED
     assert seen == []
+
+
+def test_the_name_of_a_kernel_follows_from_geometry_kinds_and_limits():
+    arm = arm_named("kr30ha")
+    others = [
+        arm_named("lwr4plus"), lwr_dyn.load("kr30ha", tool={"xyz": [0.0, 0.0, 0.1]}), random_arm(5, "RRRRRR"),
+        random_arm(5, "RRPRRR"), replace(arm, limits=(*arm.limits[:5], replace(arm.limits[5], upper=1.0))),
+        replace(arm, limits=(replace(arm.limits[0], lower=-1.0), *arm.limits[1:])),
+    ]  # fmt: skip
+    keys = {pose_kernel._key(each) for each in (arm, lwr_dyn.load("kr30ha"), *others)}
+    assert len(keys) == 1 + len(others)
+    assert all(key.startswith("pose-") for key in keys)
 
 
 STRETCHED = [  # Gen3, at which steps by J alone end at errors of 1e-8 to 1e-6; in the last four beside a minimum of E
