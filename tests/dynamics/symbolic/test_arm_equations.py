@@ -13,8 +13,9 @@ from lwr_dyn.dynamics.symbolic.arm_equations import equations_of_motion, euler_l
 from lwr_dyn.dynamics.symbolic.equation_forms import compile_equations
 from lwr_dyn.dynamics.symbolic.link_motion import Variables, normal_form, readable
 from lwr_dyn.foundation.errors import OptionError, ShapeError, UnknownNameError
+from tests.random_arms import random_arm
 
-KR30, LWR = lwr_dyn.load("kr30ha"), lwr_dyn.load("lwr4plus")
+KR30, LWR, RPR = lwr_dyn.load("kr30ha"), lwr_dyn.load("lwr4plus"), random_arm(3, "RPR")
 PAPERS = {"kr30ha": open_paper("kr30ha"), "lwr4plus": open_paper("lwr4plus")}
 RELATIVE = 1e-12
 """Of the largest entry: a few hundred roundings of 1e-16."""
@@ -24,6 +25,7 @@ CASES = {
     "numbers instead of letters": (LWR, ("joint_1", "joint_2"), None, False),
     "a held joint before and between": (LWR, ("joint_2", "joint_4"), {"joint_1": 0.3, "joint_3": np.pi / 2}, True),
     "elbow and wrist of the KR 30": (KR30, ("A3", "A5"), {"A1": 0.0, "A2": -np.pi / 2, "A4": 0.0}, True),
+    "a sliding joint": (RPR, RPR.joint_names, None, False),
     "a held joint beyond, at no right angle": (KR30, ("A2",), {"A1": 0.0, "A3": 0.4}, True),
 }
 
