@@ -16,6 +16,7 @@ from lwr_dyn.codegen.kernels.straight_line import Node, StraightLineCode, Value,
 from lwr_dyn.codegen.kernels.symbolic_functions import symbolic_function
 from lwr_dyn.dynamics.protocol import FUNCTIONS
 from tests.codegen.kernels.evaluate import states, straight_line_values
+from tests.codegen.kernels.plain_kernel import kernels_by_python
 
 ARM = lwr_dyn.load("lwr4plus")
 X = casadi.SX.sym("x", 3)
@@ -72,7 +73,6 @@ def test_a_result_tells_of_inputs_only_where_they_must_spoil_it(result, reached)
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("by_python")
 @pytest.mark.parametrize("function", BATCHED)
 def test_every_number_of_a_state_is_watched(function):
     arguments = len(BATCHED[function].states)
@@ -81,7 +81,8 @@ def test_every_number_of_a_state_is_watched(function):
         which, kind = divmod(row, 3)
         states[which // 7, row, which % 7] = (np.nan, np.inf, -np.inf)[kind]
     batch = lwr_dyn.batch_dynamics(ARM)
-    form, kernel = batch.form(function), batch.kernel(function)
+    with kernels_by_python():
+        form, kernel = batch.form(function), batch.kernel(function)
     for count in (states.shape[1], 1):
         out = form.empty(count)
         given = [address_and_step(rows, count) for rows in states[:, :count]]
