@@ -33,17 +33,13 @@ class Foreign:
         return lwr_dyn.load(self.path, tip=self.tip, lock=self.lock)
 
 
+FINGERS = {"panda_finger_joint1": 0.01, "panda_finger_joint2": 0.03}
 ARMS = {
-    "panda": Foreign(
-        "panda_description/urdf/panda.urdf",
-        "panda_hand_tcp",
-        {"panda_finger_joint1": 0.01, "panda_finger_joint2": 0.03},
-    ),
+    "panda": Foreign("panda_description/urdf/panda.urdf", "panda_hand_tcp", FINGERS),
     "xarm7": Foreign("xarm_description/urdf/xarm7.urdf", "link_eef"),
     "ur5": Foreign("ur_description/urdf/ur5_robot.urdf", "tool0"),
     "so101": Foreign("so_arm_description/urdf/so101.urdf", "gripper_frame_link", {"gripper": 0.3}),
 }
-JOINTS = {"panda": 7, "xarm7": 7, "ur5": 6, "so101": 5}
 
 
 @pytest.fixture(params=ARMS)
@@ -55,11 +51,12 @@ def states(n):
     return np.random.default_rng(5).uniform(-2.5, 2.5, (2, STATES, n))
 
 
-@pytest.mark.parametrize("name", ARMS)
-def test_it_has_its_joints(name):
+@pytest.mark.parametrize(("name", "n"), [("panda", 7), ("xarm7", 7), ("ur5", 6), ("so101", 5)])
+def test_it_has_its_joints_and_can_exist(name, n):
     arm = ARMS[name].load()
-    assert arm.n == JOINTS[name]
+    assert arm.n == n
     assert arm.chain.bodies is not None
+    assert unphysical_links(arm.chain) == ()
 
 
 def test_both_roads_agree(foreign):
@@ -101,14 +98,14 @@ def test_the_original_file_in_pinocchio_has_the_same_dynamics(foreign):
         assert close(pin.nonLinearEffects(model, data, q[k], dq[k]), bias[k])
 
 
-def test_locked_fingers_count():
+def test_locked_fingers_count_and_one_outside_its_limits_is_named():
     panda = ARMS["panda"]
-    with_fingers = panda.load().chain.links[-1].body.mass
     inertials = yourdfpy.URDF.load(str(panda.path), load_meshes=False, build_scene_graph=False).link_map
-    parts = ("panda_link7", "panda_link8", "panda_hand", "panda_hand_tcp", "panda_leftfinger", "panda_rightfinger")
-    assert with_fingers == pytest.approx(
-        sum(inertials[x].inertial.mass for x in parts if inertials[x].inertial), rel=1e-14
-    )
+    parts = [f"panda_{x}" for x in ("link7", "link8", "hand", "hand_tcp", "leftfinger", "rightfinger")]
+    whole = sum(inertials[x].inertial.mass for x in parts if inertials[x].inertial)
+    assert panda.load().chain.links[-1].body.mass == pytest.approx(whole, rel=1e-14)
+    with pytest.raises(UrdfError, match=r"from 0\.0 to 0\.04"):
+        lwr_dyn.load(panda.path, lock={"panda_finger_joint1": 0.5})
 
 
 @pytest.mark.parametrize(
@@ -122,25 +119,19 @@ def test_the_obvious_arm_is_taken_and_said(name, n, tip, held):
     assert arm.notes[1:] == ((f"held: {held}; other values: --lock JOINT=VALUE",) if held else ())
 
 
-def test_a_lock_outside_the_limits_is_named():
-    with pytest.raises(UrdfError, match=r"from 0\.0 to 0\.04"):
-        lwr_dyn.load(ARMS["panda"].path, lock={"panda_finger_joint1": 0.5})
-
-
+ICUB = "icub_description/robots/icub.urdf"
 UNPHYSICAL = {
     "icub head": (
-        Foreign("icub_description/robots/icub.urdf", "imu_frame"),
-        {"neck_1", "neck_2", "head", "torso", "l_wrist_1", "r_wrist_1"},
+        Foreign(ICUB, "imu_frame"), {"neck_1", "neck_2", "head", "torso", "l_wrist_1", "r_wrist_1"}
     ),
     "icub leg": (
-        Foreign("icub_description/robots/icub.urdf", "r_foot_dh_frame"),
+        Foreign(ICUB, "r_foot_dh_frame"),
         {"r_hip_1", "r_hip_2", "r_upper_leg", "r_lower_leg", "r_ankle_1", "r_ankle_2"},
     ),
     "romeo arm": (
-        Foreign("romeo_description/urdf/romeo_small.urdf", "r_gripper"),
-        {"RShoulderYawLink", "RElbowYawLink"},
+        Foreign("romeo_description/urdf/romeo_small.urdf", "r_gripper"), {"RShoulderYawLink", "RElbowYawLink"}
     ),
-}
+}  # fmt: skip
 
 
 def halfway(foreign):
@@ -160,8 +151,3 @@ def test_a_published_arm_that_cannot_exist_is_read_and_marked(name):
     arm = lwr_dyn.load(foreign.path, tip=foreign.tip, lock=halfway(foreign))
     failing = {v.name.split(":")[0] for v in feasibility_verdicts(arm) if not v.holds and "gyration" not in v.name}
     assert failing == expected
-
-
-@pytest.mark.parametrize("name", ARMS)
-def test_the_arms_used_here_can_exist(name):
-    assert unphysical_links(ARMS[name].load().chain) == ()

@@ -63,21 +63,16 @@ def test_the_torques_are_those_of_any_value_in_its_place():
     assert np.abs(ours - theirs).max() <= 1e-12 * np.abs(ours).max()
 
 
+ABOUT = "about its frame's origin is not given; needed for the torque of"
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            '[0, "unknown", 0]',
-            '"unknown"',
-            "Iyy of link_1 about its frame's origin is not given; needed for the torque of joint_1",
-        ),
-        ('["unknown", 0.35, "unknown"]', '["unknown", "unknown", "unknown"]', "Iyy of link_1"),
-        (
-            "17.4, 4.8",
-            '17.4, "unknown"',
-            "m of link_3 about its frame's origin is not given; needed for the torque of joint_2",
-        ),
-        ("[0, 0, 0.032]", '[0, 0, "unknown"]', "mz of link_6"),
+        ('[0, "unknown", 0]', '"unknown"', f"Iyy of link_1 {ABOUT} joint_1"),
+        ('["unknown", 0.35, "unknown"]', '["unknown", "unknown", "unknown"]', f"Iyy of link_1 {ABOUT} joint_1"),
+        ("17.4, 4.8", '17.4, "unknown"', f"m of link_3 {ABOUT} joint_2"),
+        ("[0, 0, 0.032]", '[0, 0, "unknown"]', f"mz of link_6 {ABOUT} joint"),
     ],
 )
 def test_what_a_torque_depends_on_is_refused_with_the_joint(old, new, message):

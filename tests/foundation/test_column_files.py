@@ -1,10 +1,12 @@
 """Columns of CSV and Parquet files come back to the last bit, and a damaged file is one line."""
 
+import sys
+
 import numpy as np
 import pytest
 
 from lwr_dyn.foundation.column_files import SUFFIXES, read_columns, read_head, table_bytes
-from lwr_dyn.foundation.errors import FileAccessError, LogError
+from lwr_dyn.foundation.errors import FileAccessError, LogError, MissingPackageError
 
 NAMES = ("time", "q1", "q2")
 COLUMNS = [np.array([0.0, 0.1, 0.2]), np.array([1e-300, -1.0 / 3.0, 2.5]), np.array([5e15, 0.1 + 0.2, -0.0])]
@@ -46,61 +48,65 @@ def test_lines_before_the_names_are_counted(tmp_path):
     assert (head.names, head.lines) == (("a", "b"), 3)
 
 
-def test_other_files_are_refused(tmp_path):
-    with pytest.raises(FileAccessError, match=r"ends in '\.txt'"):
-        read_head(tmp_path / "log.txt")
-    text = tmp_path / "log.csv"
-    text.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(LogError, match="head: not text; needed: a CSV file in UTF-8"):
-        read_head(text)
+@pytest.mark.parametrize(
+    ("name", "content", "error", "words"),
+    [
+        ("log.txt", b"a\n1\n", FileAccessError, r"ends in '\.txt'"),
+        ("log.csv", b"\xff\xfe\x00", LogError, "head: not text; needed: a CSV file in UTF-8"),
+        ("none.csv", None, FileAccessError, "no such file"),
+        ("log.parquet", table_bytes(NAMES, COLUMNS, ".parquet")[:-10], FileAccessError, "not a whole Parquet file"),
+    ],
+)
+def test_other_and_damaged_files_are_refused(tmp_path, name, content, error, words):
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(error, match=words):
+        read_head(tmp_path / name)
 
 
-def test_a_damaged_parquet_file_is_refused(tmp_path):
-    path = tmp_path / "log.parquet"
-    path.write_bytes(table_bytes(NAMES, COLUMNS, ".parquet")[:-10])
-    with pytest.raises(FileAccessError, match="not a whole Parquet file"):
-        read_head(path)
-
-
-def lists_file(path, cells, kind):
+def lists_file(folder, cells, kind):
+    """A column t, and one of lists: `kind` (pyarrow) -> their type."""
     import pyarrow
     from pyarrow import parquet
 
-    table = {"t": pyarrow.array([0.0, 0.1, 0.2]), "state": pyarrow.array(cells, kind)}
-    parquet.write_table(pyarrow.table(table), path)
-    return path
+    table = {"t": pyarrow.array([0.0, 0.1, 0.2]), "state": pyarrow.array(cells, kind(pyarrow))}
+    parquet.write_table(pyarrow.table(table), folder / "log.parquet")
+    return folder / "log.parquet"
 
 
-@pytest.mark.parametrize("form", ["fixed", "list", "large"])
+KINDS = {
+    "fixed": lambda x: x.list_(x.float32(), 2), "list": lambda x: x.list_(x.float64()),
+    "large": lambda x: x.large_list(x.int64()),
+}  # fmt: skip
+
+
+def test_a_parquet_file_without_rows_or_without_its_reader_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "log.parquet"
+    path.write_bytes(table_bytes(NAMES, [np.zeros(0)] * 3, ".parquet"))
+    with pytest.raises(LogError, match="rows: none; needed: rows of numbers"):
+        read(path, [0])
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(MissingPackageError, match=r"pyarrow is not installed.*logs"):
+        read_head(path)
+
+
+@pytest.mark.parametrize("form", KINDS)
 def test_lists_of_numbers_are_a_column_an_entry(tmp_path, form):
-    import pyarrow
-
-    kinds = {
-        "fixed": pyarrow.list_(pyarrow.float32(), 2),
-        "list": pyarrow.list_(pyarrow.float64()),
-        "large": pyarrow.large_list(pyarrow.int64()),
-    }
-    cells = [[1, 2], [3, 4], [5, 6]]
-    path = lists_file(tmp_path / "log.parquet", cells, kinds[form])
+    path = lists_file(tmp_path, [[1, 2], [3, 4], [5, 6]], KINDS[form])
     assert read_head(path).names == ("t", "state.0", "state.1")
     assert read(path, [2, 0]).tolist() == [[2.0, 0.0], [4.0, 0.1], [6.0, 0.2]]
 
 
 @pytest.mark.parametrize(("cells", "found"), [([[1.0, 2.0], [3.0], [5.0, 6.0]], 1), ([[1.0, 2.0], None, [5.0]], 0)])
 def test_lists_of_unequal_length_are_refused(tmp_path, cells, found):
-    import pyarrow
-
-    path = lists_file(tmp_path / "log.parquet", cells, pyarrow.list_(pyarrow.float64()))
+    path = lists_file(tmp_path, cells, KINDS["list"])
     with pytest.raises(LogError, match=f"row 2, column state: {found} numbers; needed: 2, as in the first row"):
         read(path, [0, 1])
 
 
 def test_lists_of_texts_and_long_ones_stay_one_column(tmp_path):
-    import pyarrow
-
-    path = lists_file(tmp_path / "log.parquet", [["a"], ["b"], ["c"]], pyarrow.list_(pyarrow.string()))
+    path = lists_file(tmp_path, [["a"], ["b"], ["c"]], lambda x: x.list_(x.string()))
     assert read_head(path).names == ("t", "state")
     with pytest.raises(LogError, match="column state: of type list"):
         read(path, [1])
-    picture = lists_file(tmp_path / "log.parquet", [[0] * 2000] * 3, pyarrow.list_(pyarrow.int64()))
-    assert read_head(picture).names == ("t", "state")
+    assert read_head(lists_file(tmp_path, [[0] * 2000] * 3, KINDS["large"])).names == ("t", "state")

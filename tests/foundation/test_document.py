@@ -1,15 +1,17 @@
-"""A document: each part stands once, and text, record and schema follow from it."""
+"""A document: each part stands once, and text, record and schema follow from it; a table's forms show the same."""
 
 import json
 import subprocess
 import sys
 from typing import Annotated, Literal, NotRequired, TypedDict
 
+import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 
 from lwr_dyn.foundation.document import Document, Fact, Note, PageFigure, Section, type_of
-from lwr_dyn.foundation.tables import Heading, Marked, Table, json_text
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.tables import Heading, Marked, Table, aligned, json_text
 
 
 class Cruise(TypedDict):
@@ -130,3 +132,45 @@ def test_marks_and_errors_stand_in_cells():
 def test_no_numpy_is_loaded():
     code = "import sys, lwr_dyn.foundation.document; sys.exit('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+HEADINGS = (
+    "joint",
+    Heading("mass", "kg", ".2f", key="m", shade=lambda value: 0.0 if value is None else value / 10),
+    Heading("holds", format=lambda value: "yes" if value else "NO"),
+)
+TABLE = Table("Links", HEADINGS, [("a", 2.5, True), ("long", None, False)], note="as printed")
+
+
+def test_text_is_aligned_under_headings_with_units():
+    assert TABLE.text().splitlines() == [
+        "Links", "joint  mass [kg]  holds", "-----  ---------  -----", "a      2.50       yes",
+        "long              NO", "as printed",
+    ]  # fmt: skip
+    assert Table("", ["a"], [("b",)]).text() == "a\n-\nb"
+    assert str(TABLE) == TABLE.text()
+
+
+def test_cells_shades_and_records_have_the_same_rows():
+    assert TABLE.cells == (("a", "2.50", "yes"), ("long", "", "NO"))
+    assert TABLE.shades == ((None, 0.25, None), (None, 0.0, None))
+    rows = ("a", 2.5, True), ("long", None, False)
+    assert TABLE.record() == [dict(zip(("joint", "m", "holds"), row, strict=True)) for row in rows]
+
+
+@pytest.mark.parametrize("row", [("a",), ("a", 1.0, True, "more")])
+def test_a_row_of_another_length_is_refused(row):
+    with pytest.raises(OptionError) as fault:
+        Table("Links", HEADINGS, [TABLE.rows[0], row])
+    assert str(fault.value) == f"table 'Links', row 2: {len(row)} values; allowed: 3, one per column"
+
+
+def test_widths_are_those_of_the_longest_cell_and_lines_have_no_spaces_at_the_end():
+    lines = aligned([("1", "x"), ("1000", "")], ("n", "word")).splitlines()
+    assert lines == ["n     word", "----  ----", "1     x", "1000"]
+    assert aligned([], ("n",)) == "n\n-"
+
+
+def test_json_has_lists_for_arrays_and_null_for_what_is_not_finite():
+    record = {1: np.arange(2), "x": (np.float64(0.1), float("nan"), [-np.inf]), "b": np.bool_(True), "t": None}
+    assert json.loads(json_text(record)) == {"1": [0, 1], "x": [0.1, None, [None]], "b": True, "t": None}

@@ -83,10 +83,8 @@ def test_a_field_that_was_not_read_is_unknown():
 
 
 def test_a_table_itself_is_named_by_its_place():
-    assert (
-        str(Fields({}, "a.toml", "task[1]").refuse("", "empty", "a field"))
-        == "a.toml: task[1]: empty; allowed: a field"
-    )
+    fault = Fields({}, "a.toml", "task[1]").refuse("", "empty", "a field")
+    assert str(fault) == "a.toml: task[1]: empty; allowed: a field"
     with pytest.raises(PaperError, match=r"a.toml: task: 3; allowed: a table"):
         Fields(3, "a.toml", "task")
 

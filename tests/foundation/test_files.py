@@ -6,57 +6,53 @@ import time
 
 import pytest
 
+from lwr_dyn.foundation import files
 from lwr_dyn.foundation.errors import FileAccessError
-from lwr_dyn.foundation.files import (
-    LEFT_OVER,
-    cache_folder,
-    check_readable,
-    check_writable,
-    make_folder,
-    read_bytes,
-    read_text,
-    write_file,
-    write_files,
-    write_folder,
-)
 
 
 def test_what_is_written_is_read_back(tmp_path):
-    write_folder(tmp_path / "a" / "b", {"text.txt": "µ\n", "bytes.bin": b"\xff"})
-    assert read_text(tmp_path / "a" / "b" / "text.txt", "a text") == "µ\n"
-    assert read_bytes(tmp_path / "a" / "b" / "bytes.bin", "bytes") == b"\xff"
+    files.write_folder(tmp_path / "a" / "b", {"text.txt": "µ\n", "bytes.bin": b"\xff"})
+    assert files.read_text(tmp_path / "a" / "b" / "text.txt", "a text") == "µ\n"
+    assert files.read_bytes(tmp_path / "a" / "b" / "bytes.bin", "bytes") == b"\xff"
     assert sorted(path.name for path in (tmp_path / "a" / "b").iterdir()) == ["bytes.bin", "text.txt"]
 
 
 def test_what_cannot_be_read_names_the_path_and_what_is_needed(tmp_path):
     with pytest.raises(FileAccessError, match=r"none\.txt: no such file or directory; allowed: a text"):
-        read_text(tmp_path / "none.txt", "a text")
+        files.read_text(tmp_path / "none.txt", "a text")
     (tmp_path / "latin.txt").write_bytes(b"\xb5")
     with pytest.raises(FileAccessError, match=r"latin\.txt: not UTF-8 text; allowed: a text"):
-        read_text(tmp_path / "latin.txt", "a text")
+        files.read_text(tmp_path / "latin.txt", "a text")
     with pytest.raises(FileAccessError, match=r"latin\.txt: 1 bytes; allowed: at most 0 bytes"):
-        read_bytes(tmp_path / "latin.txt", "a text", largest=0)
+        files.read_bytes(tmp_path / "latin.txt", "a text", largest=0)
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
-    write_file(tmp_path / "x", "old")
+    files.write_file(tmp_path / "x", "old")
     monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left on device")))
     with pytest.raises(FileAccessError, match="no space left on device"):
-        write_files({tmp_path / "x": "new", tmp_path / "y": "new"})
+        files.write_files({tmp_path / "x": "new", tmp_path / "y": "new"})
     assert [path.name for path in tmp_path.iterdir()] == ["x"]
     assert (tmp_path / "x").read_text() == "old"
 
 
 def test_a_place_that_cannot_be_written_is_refused_at_once(tmp_path):
-    check_writable(tmp_path / "x")
+    files.check_writable(tmp_path / "x")
     (tmp_path / "file").write_text("")
     with pytest.raises(FileAccessError, match="allowed: a file in an existing, writable"):
-        write_files({tmp_path / "none" / "x": ""})
-    for place, reason in ((tmp_path, "is a directory"), (tmp_path / "none" / "x", "no directory")):
-        with pytest.raises(FileAccessError, match=reason):
-            check_writable(place)
+        files.write_files({tmp_path / "none" / "x": ""})
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to("link")
+    for place, reason in (
+        (tmp_path, "is a directory"), (tmp_path / "none" / "x", "no directory"), (tmp_path / "pipe", "a pipe or a"),
+        ("x\0", "a null character"), (tmp_path / "link", "a link that leads to itself"),
+    ):  # fmt: skip
+        with pytest.raises(FileAccessError, match=f"{reason}.*; allowed: a file in an existing, writable"):
+            files.check_writable(place)
+    with pytest.raises(FileAccessError, match=r"does not end in \.urdf; allowed: a path that ends in \.urdf"):
+        files.check_writable(tmp_path / "x", ".urdf")
     with pytest.raises(FileAccessError, match="a directory that exists or can be made, and can be written"):
-        make_folder(tmp_path / "file" / "x")
+        files.make_folder(tmp_path / "file" / "x")
 
 
 def test_what_a_killed_process_left_is_deleted_by_a_later_write(tmp_path):
@@ -64,32 +60,35 @@ def test_what_a_killed_process_left_is_deleted_by_a_later_write(tmp_path):
     for path in (old, young, other):
         path.write_text("half")
         if path != young:
-            os.utime(path, (time.time() - 2 * LEFT_OVER,) * 2)
-    write_file(tmp_path / "x[1]", "whole")
+            os.utime(path, (time.time() - 2 * files.LEFT_OVER,) * 2)
+    files.write_file(tmp_path / "x[1]", "whole")
     assert sorted(path.name for path in tmp_path.iterdir()) == [".x[1].bak", ".x[1].ijklmnop.part", "x[1]"]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the cache folder of Linux")
 def test_the_cache_folder_is_the_one_that_is_named_or_below_the_home(tmp_path, monkeypatch):
-    for name in ("LWR_DYN_CACHE", "XDG_CACHE_HOME"):
+    for name in ("LWR_DYN_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert cache_folder() == tmp_path / ".cache" / "lwr_dyn"
+    for system, caches in (("win32", "AppData/Local"), ("darwin", "Library/Caches"), ("linux", ".cache")):
+        monkeypatch.setattr(sys, "platform", system)
+        assert files.cache_folder() == tmp_path / caches / "lwr_dyn"
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "caches"))
-    assert cache_folder() == tmp_path / "caches" / "lwr_dyn"
+    assert files.cache_folder() == tmp_path / "caches" / "lwr_dyn"
     monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "kernels"))
-    assert cache_folder() == tmp_path / "kernels"
+    assert files.cache_folder() == tmp_path / "kernels"
 
 
 def test_only_a_regular_file_of_at_most_the_given_size_is_readable(tmp_path):
     (tmp_path / "full").write_bytes(b"abc")
     os.mkfifo(tmp_path / "pipe")
-    check_readable(tmp_path / "full", "a file", 3)
+    files.check_readable(tmp_path / "full", "a file", 3)
     for name, largest, message in (
         ("full", 2, "3 bytes; allowed: at most 2 bytes"),
         ("pipe", None, "a pipe or a device; allowed: a regular file: a file"),
         ("", None, "is a directory; allowed: a file"),
         ("none", None, "no such file or directory; allowed: a file"),
+        ("x\0", None, "a null character; allowed: a file"),
     ):
         with pytest.raises(FileAccessError, match=message):
-            check_readable(tmp_path / name, "a file", largest)
+            files.check_readable(tmp_path / name, "a file", largest)

@@ -64,11 +64,7 @@ def test_a_line_is_no_wider_than_the_terminal(monkeypatch):
 
 @pytest.mark.parametrize(
     ("stream", "options"),
-    [
-        (io.StringIO(), {}),
-        (Terminal(), {"terminal": False}),
-        (Terminal(), {"after": 60.0, "work": 0.0}),
-    ],
+    [(io.StringIO(), {}), (Terminal(), {"terminal": False}), (Terminal(), {"after": 60.0, "work": 0.0})],
 )
 def test_pipes_and_short_work_show_nothing(monkeypatch, stream, options):
     assert shown(monkeypatch, stream, **options) == ""
@@ -83,24 +79,21 @@ def test_the_line_is_cleared_when_the_work_fails(monkeypatch):
     assert sys.stderr.getvalue().endswith(CLEAR)
 
 
-def test_a_notebook_has_a_bar(monkeypatch):
-    bars = []
+def in_a_notebook(monkeypatch, auto):
+    """Shown there, where the package tqdm is this one, or none."""
     kernel = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=True))
-    monkeypatch.setitem(sys.modules, "IPython", kernel)
+    package = auto and SimpleNamespace(auto=auto)
+    for name, there in (("IPython", kernel), ("tqdm", package), ("tqdm.auto", auto)):
+        monkeypatch.setitem(sys.modules, name, there)
+    return shown(monkeypatch, Terminal(), work=0.0)
+
+
+def test_a_notebook_has_a_bar_and_without_tqdm_nothing(monkeypatch):
+    bars = []
     auto = SimpleNamespace(tqdm=lambda **options: bars.append(Bar(**options)) or bars[-1])
-    monkeypatch.setitem(sys.modules, "tqdm", SimpleNamespace(auto=auto))
-    monkeypatch.setitem(sys.modules, "tqdm.auto", auto)
-    assert shown(monkeypatch, Terminal(), work=0.0) == ""
+    assert [in_a_notebook(monkeypatch, each) for each in (auto, None)] == ["", ""]
     (bar,) = bars
     assert (bar.n, bar.said, bar.closed, bar.options["desc"]) == (50.0, ["adding: thirds"], True, "adding")
-
-
-def test_a_notebook_without_tqdm_has_none(monkeypatch):
-    kernel = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=True))
-    monkeypatch.setitem(sys.modules, "IPython", kernel)
-    monkeypatch.setitem(sys.modules, "tqdm", None)
-    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
-    assert shown(monkeypatch, Terminal(), work=0.0) == ""
 
 
 def test_the_first_ctrl_c_asks_and_the_second_one_stops():

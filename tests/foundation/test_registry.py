@@ -21,6 +21,7 @@ from lwr_dyn.trajectory.references.references import REFERENCES
 if TYPE_CHECKING:
     from decimal import Decimal
 
+ARM, WAM = lwr_dyn.load("lwr4plus"), lwr_dyn.load("wam7")
 PACKAGE = Path(lwr_dyn.__file__).parent
 EXTRAS_ARE_THERE = all(find_spec(name) for name in ("casadi", "llvmlite", "lark", "matplotlib", "sympy"))
 
@@ -127,19 +128,16 @@ def test_options_of_rows_have_help_and_a_default_in_the_signature(registry):
 
 
 def test_the_front_door_makes_controllers_and_references():
-    arm = lwr_dyn.load("lwr4plus")
-    pid = lwr_dyn.controller("pid", arm, ki=3.0, inertia=np.ones(7), engine="newton-euler")
+    dynamics, ones = lwr_dyn.dynamics_of(ARM), np.ones(7)
+    pid = lwr_dyn.controller("pid", ARM, ki=3.0, inertia=ones, engine="newton-euler")
     assert pid.parameters["Ki"] == [3.0] * 7
-    dynamics = lwr_dyn.dynamics_of(arm)
-    assert lwr_dyn.controller("pd-gravity", arm, engine=dynamics, inertia=np.ones(7), omega_n=10.0).Kp[0] == 100.0
-    wam = lwr_dyn.load("wam7")
-    assert (lwr_dyn.controller("pd-gravity", wam, own_gains=True).Kp == wam.gains.Kp).all()
-    assert lwr_dyn.reference("hold", arm, q=np.zeros(7)).duration == 2.0
-    assert lwr_dyn.reference("lspb", arm, start=np.zeros(7), end=np.ones(7)).duration == 7.0
+    assert lwr_dyn.controller("pd-gravity", ARM, engine=dynamics, inertia=ones, omega_n=10.0).Kp[0] == 100.0
+    assert (lwr_dyn.controller("pd-gravity", WAM, own_gains=True).Kp == WAM.gains.Kp).all()
+    assert lwr_dyn.reference("hold", ARM, q=np.zeros(7)).duration == 2.0
+    assert lwr_dyn.reference("lspb", ARM, start=np.zeros(7), end=ones).duration == 7.0
     assert list(lwr_dyn.engines()) == ["pinocchio", "newton-euler", "kernels"]
 
 
-ARM = lwr_dyn.load("lwr4plus")
 BAD = {
     "controller": (lambda: lwr_dyn.controller("fuzzy", ARM), "no controller named 'fuzzy'"),
     "engine": (lambda: lwr_dyn.controller("pid", ARM, engine="none"), "no engine named 'none'"),
@@ -149,16 +147,15 @@ BAD = {
         "ki: no option of controller inverse-dynamics; allowed: omega_n, xi, feedforward, gravity",
     ),
     "missing option": (
-        lambda: lwr_dyn.reference("hold", ARM),
-        "q: not given; allowed: a value, which reference hold needs",
+        lambda: lwr_dyn.reference("hold", ARM), "q: not given; allowed: a value, which reference hold needs"
     ),
     "no effect": (
-        lambda: lwr_dyn.controller("pd-gravity", lwr_dyn.load("wam7"), own_gains=True, omega_n=9.0),
+        lambda: lwr_dyn.controller("pd-gravity", WAM, own_gains=True, omega_n=9.0),
         "omega_n: would do nothing here; allowed: without own_gains",
     ),
     "no gains": (lambda: lwr_dyn.controller("pd-gravity", ARM, own_gains=True), "controller gains not given"),
     "no arm": (lambda: lwr_dyn.controller("pid", "lwr4plus"), "arm: 'lwr4plus'; allowed: an arm"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", BAD)
@@ -175,14 +172,15 @@ def test_rows_of_another_package_come_after_our_own(distribution):
     assert lwr_dyn.controller("mine", ARM, gain=4.0).parameters == {"gain": 4.0}
     assert lwr_dyn.reference("still", ARM).duration == 0.02
     assert "my-engine" in lwr_dyn.engines()
-    with pytest.raises(UnknownNameError, match="no attribute of added_rows named 'nothing'"):
-        CONTROLLERS.load("gone")
-    with pytest.raises(OptionError, match="factory: 3; allowed: a function"):
-        lwr_dyn.controller("number", ARM)
-    with pytest.raises(MissingPackageError, match="no_such_module is not installed"):
-        CONTROLLERS.load("absent")
-    with pytest.raises(OptionError, match="from added-rows: sick_module: ZeroDivisionError"):
-        CONTROLLERS.load("sick")
+    assert Registry("controller", {"mine": Row("math:sin", "ours")}).load("mine").__name__ == "sin"  # ours stays
+    for name, error, words in (
+        ("gone", UnknownNameError, "no attribute of added_rows named 'nothing'"),
+        ("number", OptionError, "factory: 3; allowed: a function"),
+        ("absent", MissingPackageError, "no_such_module is not installed"),
+        ("sick", OptionError, "from added-rows: sick_module: ZeroDivisionError"),
+    ):
+        with pytest.raises(error, match=words):
+            lwr_dyn.controller(name, ARM)
 
 
 def test_what_is_installed_is_read_once_for_a_path(monkeypatch, tmp_path):
@@ -197,37 +195,30 @@ def test_what_is_installed_is_read_once_for_a_path(monkeypatch, tmp_path):
     assert len(seen) == 2
 
 
-def test_an_own_name_is_not_replaced(distribution):
-    assert Registry("controller", {"mine": Row("math:sin", "ours")}).load("mine").__name__ == "sin"
-
-
-def _command(folder, *arguments):
-    code = f"import sys; sys.path.insert(0, {str(folder)!r}); from lwr_dyn.cli.main import main; main(sys.argv[1:])"
-    return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True)
-
-
 @pytest.mark.slow
 def test_the_command_takes_rows_of_another_package_with_their_options(distribution):
-    simulate = ("simulate", "lwr4plus", "--task", "still", "--seconds", "0.01", "--engine", "my-engine")
-    done = _command(distribution, *simulate, "--controller", "mine", "--gain", "9")
+    def command(*arguments):
+        code = f"import sys; sys.path.insert(0, {str(distribution)!r}); from lwr_dyn.cli.main import main; main()"
+        simulate = ("simulate", "lwr4plus", "--task", "still", "--seconds", "0.01", "--engine", "my-engine")
+        given = [sys.executable, "-c", code, *simulate, "--controller", *arguments]
+        return subprocess.run(given, capture_output=True, text=True)
+
+    done = command("mine", "--gain", "9")
     assert done.returncode == 0
     assert "mine, task still, 0.01 s, 11 samples" in done.stdout
-    done = _command(distribution, *simulate, "--controller", "pid", "--gain", "9")
-    assert done.stderr == "lwr-dyn: --gain: would do nothing here; allowed: with --controller mine\n"
-    done = _command(distribution, *simulate, "--controller", "sick")
+    allowed = "lwr-dyn: --gain: would do nothing here; allowed: with --controller mine\n"
+    assert command("pid", "--gain", "9").stderr == allowed
+    done = command("sick")
     assert done.stderr.count("\n") == 1
     assert "sick_module: ZeroDivisionError" in done.stderr
 
 
-def test_an_annotation_that_cannot_be_read_is_named():
-    def factory(arm, *, digits: Annotated["Decimal", Option(float, "Digits.")] = 3): ...
-
-    with pytest.raises(OptionError, match="annotation: name 'Decimal' is not defined"):
-        options_of(factory)
-
-
-def test_a_class_can_be_a_factory():
+def test_options_come_from_annotations_of_functions_and_classes():
     class Spring:
         def __init__(self, arm, dynamics, *, lean: Annotated[float, Option(Quantity.ANGLE, "Lean.")] = 0.5): ...
 
+    def factory(arm, *, digits: Annotated["Decimal", Option(float, "Digits.")] = 3): ...
+
     assert options_of(Spring)["lean"].default == 0.5
+    with pytest.raises(OptionError, match="annotation: name 'Decimal' is not defined"):
+        options_of(factory)

@@ -11,7 +11,7 @@ from lwr_dyn.codegen.emit.c_file import c_files
 from lwr_dyn.codegen.emit.emission import emitted_arm
 from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS
 from scripts.benchmarks.kernel_peers import pinocchio_answers
-from tests.codegen.emit.programs import output, program
+from tests.codegen.emit.programs import shared
 
 COMPARED = ("inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis_matrix", "bias_torque", "gravity_vector",
             "flange_pose", "jacobian", "torque_regressor", "kinetic_energy", "potential_energy")  # fmt: skip
@@ -30,9 +30,7 @@ def differences(name: str, count: int, folder: Path, *flags: str) -> dict[str, f
     )
     for path, text in texts.items():
         Path(path).write_text(text)
-    library = folder / "arm.so"
-    output([program("gcc"), *flags, "-shared", "-fPIC", "arm.c", "loops.c", "-lm", "-o", str(library)], folder)
-    loaded = ctypes.CDLL(str(library))
+    loaded = shared(folder, ["arm.c", "loops.c"], *flags)
     x = np.random.default_rng(7).uniform(-1.0, 1.0, (3, count, arm.n)) * LARGEST[:, None, None]
     answers = pinocchio_answers(arm)
     return {code.function.name: _apart(loaded, emitted, code.function, x, answers) for code in emitted.codes}

@@ -1,7 +1,6 @@
 """Emitted C functions of an arm as a shared library, called with NumPy arrays and numbers."""
 
 import ctypes
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +8,7 @@ import numpy as np
 
 from lwr_dyn.codegen.emit.c_file import c_files
 from lwr_dyn.codegen.emit.emission import EmittedArm
-from tests.codegen.emit.programs import program
+from tests.codegen.emit.programs import shared
 
 WARNINGS = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror")
 _KINDS = {"float64": ctypes.c_double, "int32": ctypes.c_int}
@@ -18,12 +17,10 @@ _KINDS = {"float64": ctypes.c_double, "int32": ctypes.c_int}
 class SharedLibrary:
     """The functions of an arm."""
 
-    def __init__(self, emitted: EmittedArm, folder: Path) -> None:
+    def __init__(self, emitted: EmittedArm, folder: Path, level: str = "-O1") -> None:
         for path, text in c_files(emitted, folder / "arm.c").items():
             path.write_text(text)
-        command = [program("gcc"), "-O1", *WARNINGS, "-shared", "-fPIC", "arm.c", "-lm", "-o", "arm.so"]
-        subprocess.run(command, cwd=folder, check=True)
-        self.arm, self.emitted, self.library = emitted.arm, emitted, ctypes.CDLL(str(folder / "arm.so"))
+        self.arm, self.emitted, self.library = emitted.arm, emitted, shared(folder, ["arm.c"], level, *WARNINGS)
 
     def call(self, name: str, *arguments: Any, kind: Any = ctypes.c_double) -> Any:
         """Call a function: numbers are double, arrays double or int."""

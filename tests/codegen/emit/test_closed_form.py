@@ -2,7 +2,6 @@
 
 import ctypes
 import json
-import subprocess
 
 import numpy as np
 import pytest
@@ -18,7 +17,7 @@ from lwr_dyn.kinematics.six_joints.exact_arms import six_joint_form
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
 from lwr_dyn.kinematics.srs_margins import intervals_at_level, margin_problem
-from tests.codegen.emit.programs import program
+from tests.codegen.emit.programs import node
 from tests.codegen.emit.shared_library import SharedLibrary
 from tests.kinematics.six_joints.six_joint_arms import six_joint_arm
 
@@ -42,12 +41,27 @@ def states(arm, seed=0, count=COUNT):
     return q, T, rng.uniform(-np.pi, np.pi, count)
 
 
+def assert_at(arm, q, T):
+    """The flange is there, by our chain and by Pinocchio's model."""
+    assert np.abs(flange_pose(arm.chain, q) - T).max() < CLOSE
+    flange = flange_and_jacobian(arm)
+    assert max(np.abs(flange(row)[0] - pose).max() for row, pose in zip(q, T, strict=True)) < CLOSE
+
+
 def branches(library, T, psi):
     out, excess = np.zeros((len(T), 8, library.arm.n)), np.zeros(len(T))
     for k in range(len(T)):
-        angle = [float(psi[k])] if library.arm.n == 7 else []
-        excess[k] = library.call(NAME, T[k], *angle, out[k])
+        excess[k] = library.call(NAME, T[k], *([float(psi[k])] if library.arm.n == 7 else []), out[k])
     return out, excess
+
+
+def intervals(library, pose, level):
+    """(numbers at the ends, their counts) of every branch, and what is expected of each."""
+    pairs, counts, arm = np.zeros((8, 16, 2)), np.zeros(8, dtype=np.intc), library.arm
+    assert library.call(NAME + "_intervals", pose, level, pairs, counts) == 0.0
+    rows, signs = np.broadcast_to(pose, (8, 4, 4)), np.array(BRANCHES, dtype=float)
+    wanted = intervals_at_level(margin_problem(srs_geometry(arm.chain), joint_ranges(arm), rows, signs), level)
+    return [(pairs[b, : counts[b]], np.array(wanted.of(b)).reshape(-1, 2)) for b in range(8)]
 
 
 def expected_branches(arm, T, psi):
@@ -62,16 +76,25 @@ def expected_branches(arm, T, psi):
 
 @pytest.mark.slow
 def test_branches_are_those_of_python_and_lead_to_the_pose(library):
-    _, T, psi = states(library.arm)
+    """Of 2000 poses for six joints, singular ones among them, where a branch is missing the sooner."""
+    arm = library.arm
+    q, T, psi = states(arm, count=2000 if arm.n == 6 else COUNT)
+    singular = np.zeros(len(q), dtype=bool)
+    if arm.n == 6:
+        q[::7, 4], q[1::7, 2], q[2::11] = 0.0, 0.0, np.round(q[2::11] / (np.pi / 2.0)) * (np.pi / 2.0)
+        singular[::7] = singular[1::7] = singular[2::11] = True
+        T = np.ascontiguousarray(flange_pose(arm.chain, q))
+        T[::10, :3, 3] *= 1.7
     out, excess = branches(library, T, psi)
-    expected, beyond = expected_branches(library.arm, T, psi)
+    expected, beyond = expected_branches(arm, T, psi)
     reached = ~np.isnan(expected[..., 0])
-    assert 0 < (beyond > 0.0).sum() < COUNT / 2
+    assert 0.05 < (beyond > 0.0).mean() < 0.5
     assert np.abs(excess - beyond).max() < CLOSE
     assert (np.isnan(out[..., 0]) == ~reached).all()
-    assert np.abs(wrap(out - expected))[reached].max() < CLOSE * (1.0 if library.arm.n == 7 else 100.0)
-    poses = np.broadcast_to(T[:, None], (*reached.shape, 4, 4))[reached]
-    assert np.abs(flange_pose(library.arm.chain, out[reached]) - poses).max() < CLOSE
+    close = CLOSE * (1.0 if arm.n == 7 else 100.0)
+    assert np.abs(wrap(out - expected))[reached & ~singular[:, None]].max() < close
+    assert reached.sum() > (10_000 if arm.n == 6 else 100)
+    assert_at(arm, out[reached], np.broadcast_to(T[:, None], (*reached.shape, 4, 4))[reached])
 
 
 @pytest.mark.slow
@@ -81,21 +104,17 @@ def test_arm_angle_and_intervals_of_every_branch(library):
         pytest.skip("a six-joint arm has no arm angle")
     _, T, psi = states(arm, 1, 24)
     out, excess = branches(library, T, psi)
-    signs, geometry, found, several = np.array(BRANCHES, dtype=float), srs_geometry(arm.chain), np.zeros(4), 0
+    found, several = np.zeros(4), 0
     for k in np.flatnonzero(excess == 0.0):
-        for b in range(8):
+        for b, signs in enumerate(BRANCHES):
             library.call(NAME + "_arm_angle", out[k, b].copy(), found, kind=None)
             assert abs(wrap(found[0] - psi[k])) < CLOSE
-            assert (found[1:] == signs[b]).all()
+            assert (found[1:] == signs).all()
         for level in (0.0, 0.1):
-            pairs, counts = np.zeros((8, 16, 2)), np.zeros(8, dtype=np.intc)
-            assert library.call(NAME + "_intervals", T[k], level, pairs, counts) == 0.0
-            rows = np.broadcast_to(T[k], (8, 4, 4))
-            wanted = intervals_at_level(margin_problem(geometry, joint_ranges(arm), rows, signs), level)
-            for b in range(8):
-                assert counts[b] == len(wanted.of(b))
-                assert np.abs(pairs[b, : counts[b]] - np.array(wanted.of(b)).reshape(-1, 2)).max(initial=0.0) < CLOSE
-            several += int(counts.sum())
+            for pairs, wanted in intervals(library, T[k], level):
+                assert len(pairs) == len(wanted)
+                assert np.abs(pairs - wanted).max(initial=0.0) < CLOSE
+                several += len(pairs)
     assert several > 100
 
 
@@ -114,18 +133,11 @@ def test_aligned_joints_keep_the_pose_and_the_length_of_the_intervals(library):
     assert there.any(axis=1).all()
     expected, _ = expected_branches(arm, T, psi)
     assert np.abs(wrap(out - expected))[there].max() < 1e-7
-    poses = np.broadcast_to(T[:, None], (*there.shape, 4, 4))[there]
-    assert np.abs(flange_pose(arm.chain, out[there]) - poses).max() < CLOSE
+    assert_at(arm, out[there], np.broadcast_to(T[:, None], (*there.shape, 4, 4))[there])
     for pose in T if arm.n == 7 else ():
-        pairs, counts = np.zeros((8, 16, 2)), np.zeros(8, dtype=np.intc)
-        library.call(NAME + "_intervals", pose, 0.0, pairs, counts)
-        rows = np.broadcast_to(pose, (8, 4, 4))
-        problem = margin_problem(srs_geometry(arm.chain), joint_ranges(arm), rows, np.array(BRANCHES, dtype=float))
-        wanted = intervals_at_level(problem, 0.0)
-        for b in range(8):
-            found = sum(end - start for start, end in pairs[b, : counts[b]])
+        for pairs, wanted in intervals(library, pose, 0.0):
             # where a joint touches its limit, rounding decides about an interval of one point
-            assert abs(found - sum(end - start for start, end in wanted.of(b))) < 1e-6
+            assert abs(np.diff(pairs).sum() - np.diff(wanted).sum()) < 1e-6
 
 
 def test_the_nearest_follows_a_path_and_stops_at_the_limits(library):
@@ -176,35 +188,11 @@ const rows = {json.dumps(arguments)}.map(a => {{
 }});
 console.log(JSON.stringify(rows));
 """
-    (tmp_path / "ik.js").write_text(script)
-    made = subprocess.run([program("node"), "ik.js"], cwd=tmp_path, capture_output=True, text=True, check=True)
-    found = np.array(json.loads(made.stdout), dtype=float)
+    found = np.array(node(tmp_path, script), dtype=float)
     q, excess = expected_branches(arm, T, psi)
     assert np.abs(found[:, 0] - excess).max() < CLOSE
     assert (np.isnan(found[:, 1:]) == np.isnan(q.reshape(COUNT, -1))).all()
     assert np.nanmax(np.abs(wrap(found[:, 1:] - q.reshape(COUNT, -1)))) < CLOSE * (1.0 if arm.n == 7 else 100.0)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["ur10", "kr30ha"])
-def test_2000_poses_singular_and_out_of_reach_too(name, tmp_path):
-    """Pinocchio's flange is at the pose, and no branch of NumPy's closed form is missing."""
-    arm = lwr_dyn.load(name)
-    library, rng = SharedLibrary(emitted_arm(arm, [NAME]), tmp_path), np.random.default_rng(0)
-    q = rng.uniform(-np.pi, np.pi, (2000, 6))
-    q[::7, 4], q[1::7, 2], q[2::11] = 0.0, 0.0, np.round(q[2::11] / (np.pi / 2.0)) * (np.pi / 2.0)
-    T = np.ascontiguousarray(flange_pose(arm.chain, q))
-    T[::10, :3, 3] *= 1.7
-    out, excess = branches(library, T, T)
-    expected, beyond = expected_branches(arm, T, T)
-    there = ~np.isnan(out[..., 0])
-    assert (there == ~np.isnan(expected[..., 0])).all()
-    assert 100 < (excess > 0.0).sum() < 250
-    assert np.abs(excess - beyond).max() < CLOSE
-    flange = flange_and_jacobian(arm)
-    off = [np.abs(flange(row)[0][:3] - T[k, :3]).max() for k, rows in enumerate(out) for row in rows[there[k]]]
-    assert len(off) > 12000
-    assert max(off) < CLOSE
 
 
 @pytest.mark.parametrize("name", ["lwr4plus", "ur10"])

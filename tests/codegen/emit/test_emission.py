@@ -7,7 +7,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.emit.emission import emitted_arm, vectors_text
 from lwr_dyn.codegen.emit.javascript_file import js_files
-from tests.codegen.emit.programs import output, program
+from tests.codegen.emit.programs import node
 
 RUN = """
 import { readFileSync } from "fs";
@@ -43,9 +43,8 @@ def compared(folder, robot, functions, change=lambda vectors: None):
     vectors = json.loads(vectors_text(emitted))
     change(vectors)
     (folder / "vectors.json").write_text(json.dumps(vectors))
-    (folder / "run.mjs").write_text(RUN)
     names = {c.function.name for c in emitted.codes} | {t.name for t in emitted.templates}
-    return names, json.loads(output([program("node"), "run.mjs"], folder))
+    return names, node(folder, RUN, "run.mjs")
 
 
 @pytest.mark.slow

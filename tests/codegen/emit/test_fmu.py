@@ -18,7 +18,8 @@ from lwr_dyn.model.friction import smooth_friction
 from tests.agreement.test_foreign_arms import ARMS
 from tests.codegen.emit.fmi_master import Instance
 
-RATE, LOAD = 1000, {"payload_mass": 2.0, "payload_com": [0.0, 0.01, 0.1]}
+RATE, ROBOTS = 1000, ("lwr4plus", "wam7", "ur5")
+LOAD = {"payload_mass": 2.0, "payload_com": [0.0, 0.01, 0.1]}
 
 
 def loaded(robot):
@@ -63,67 +64,52 @@ def loop(plant, law, motion, count, delay=0):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("robot", "law", "version"), [("lwr4plus", "inverse-dynamics", "3"), ("wam7", "pid", "2")])
-def test_plant_and_law_in_turn_are_the_loop_of_simulate(tmp_path, robot, law, version):
+@pytest.mark.parametrize(
+    ("robot", "law", "version", "delay"),
+    [("lwr4plus", "inverse-dynamics", "3", 0), ("lwr4plus", "inverse-dynamics", "3", 1), ("wam7", "pid", "2", 0)],
+)
+def test_plant_and_law_are_the_loop_of_simulate(tmp_path, robot, law, version, delay):
+    """Stepped in turn; in parallel, that with a delay of a sample."""
     arm, reference = lwr_dyn.load(robot), task(robot)
-    controller, friction = lwr_dyn.controller(law, arm), "none"
-    if arm.has_friction:
-        friction = smooth_friction(arm.friction_models(), module.FRICTION_WIDTH)
-    start = reference.sample(np.zeros(1)).q[0]
-    run = lwr_dyn.simulate(
-        arm,
-        controller,
-        reference,
-        rate=RATE,
-        substeps=4,
-        q0=start,
-        friction=friction,
-        payload=2.0,
-        payload_com=LOAD["payload_com"],
-    )
+    friction = smooth_friction(arm.friction_models(), module.FRICTION_WIDTH) if arm.has_friction else "none"
+    start = reference.sample(np.zeros(1)).q[0] + 0.002
+    run, other = (
+        lwr_dyn.simulate(
+            arm, lwr_dyn.controller(law, arm), reference, rate=RATE, substeps=4, q0=start, friction=friction,
+            payload=2.0, payload_com=LOAD["payload_com"], delay=k,
+        )
+        for k in (delay, 1 - delay)
+    )  # fmt: skip
     plant, sampled = instance(tmp_path, robot, version), instance(tmp_path, robot, version, law)
+    motion = reference.sample(run.t)
     plant.begin(q_start=start, step=0.25 / RATE, **LOAD)
-    sampled.begin()
-    q = loop(plant, sampled, reference.sample(run.t), len(run.t))
-    assert np.abs(q - run.q).max() < 1e-12
-
-
-@pytest.mark.slow
-def test_a_law_stepped_in_parallel_is_the_loop_with_a_delay_of_a_sample(tmp_path):
-    arm, reference = lwr_dyn.load("lwr4plus"), task("lwr4plus")
-    start, law = reference.sample(np.zeros(1)).q[0] + 0.002, lwr_dyn.controller("inverse-dynamics", arm)
-    delayed, prompt = (
-        lwr_dyn.simulate(arm, law, reference, rate=RATE, substeps=1, q0=start, friction="none", delay=k) for k in (1, 0)
-    )
-    plant, sampled = instance(tmp_path, "lwr4plus", "3"), instance(tmp_path, "lwr4plus", "3", "inverse-dynamics")
-    motion = reference.sample(delayed.t)
-    plant.begin(q_start=start, step=1.0 / RATE)
     sampled.begin(q=start, q_ref=motion.q[0], dq_ref=motion.dq[0], ddq_ref=motion.ddq[0])
-    q = loop(plant, sampled, motion, len(delayed.t), delay=1)
-    assert np.abs(q - delayed.q).max() < 1e-12
-    assert np.abs(q - prompt.q).max() > 1e-6
+    q = loop(plant, sampled, motion, len(run.t), delay)
+    assert np.abs(q - run.q).max() < 1e-12
+    assert np.abs(q - other.q).max() > 1e-6
+
+
+def swing(arm, start, tau, seconds=0.1):
+    """(rates of a state, where a swing from rest ends), by the engine and an adaptive integrator."""
+    n, engine = arm.n, lwr_dyn.dynamics_of(arm)
+
+    def slope(_, x):
+        return np.r_[x[n:], engine.forward_dynamics(x[:n], x[n:], tau)]
+
+    ended = solve_ivp(slope, (0, seconds), np.r_[start, np.zeros(n)], "DOP853", rtol=1e-13, atol=1e-14)
+    return slope, ended.y[:n, -1]
 
 
 @pytest.mark.parametrize("version", ["2", "3"])
 def test_derivatives_and_outputs(tmp_path, version):
     arm, plant = lwr_dyn.load("lwr4plus"), instance(tmp_path, "lwr4plus", version)
-    engine, start, tau = lwr_dyn.dynamics_of(arm), np.linspace(0.2, -0.5, 7), np.array([5.0, 300.0, 2, 1, 0, 0, 0])
-    applied = np.clip(tau, -arm.effort, arm.effort)
+    start, tau = np.linspace(0.2, -0.5, 7), np.array([5.0, 300.0, 2, 1, 0, 0, 0])
+    slope, exact = swing(arm, start, np.clip(tau, -arm.effort, arm.effort))
     plant.begin(q_start=start)
     plant.set("tau", tau)
     state = np.r_[start, np.linspace(-1, 1, 7)]
-    assert (
-        np.abs(
-            plant.derivatives(state) - np.r_[state[7:], engine.forward_dynamics(*state.reshape(2, 7), applied)]
-        ).max()
-        < 1e-9
-    )
+    assert np.abs(plant.derivatives(state) - slope(0.0, state)).max() < 1e-9
     assert np.abs(plant.get("tip").reshape(4, 4) - lwr_dyn.forward_kinematics(arm, start)).max() < 1e-12
-
-    def slope(_, x):
-        return np.r_[x[7:], engine.forward_dynamics(x[:7], x[7:], applied)]
-
-    exact = solve_ivp(slope, (0, 0.1), np.r_[start, np.zeros(7)], "DOP853", rtol=1e-12, atol=1e-12).y[:7, -1]
     plant.call("Reset")
     plant.begin(q_start=start, step=1e-3)
     plant.set("tau", tau)
@@ -134,30 +120,23 @@ def test_derivatives_and_outputs(tmp_path, version):
 @pytest.mark.parametrize("robot", ["lwr4plus", "ur5"])
 def test_a_free_swing_converges_with_order_four(tmp_path, robot):
     arm, plant = loaded(robot), instance(tmp_path, robot, "2")
-    engine, start = lwr_dyn.dynamics_of(arm), np.linspace(0.2, -0.5, arm.n)
-
-    def slope(_, x):
-        return np.r_[x[arm.n :], engine.forward_dynamics(x[: arm.n], x[arm.n :], np.zeros(arm.n))]
-
-    swing = solve_ivp(slope, (0, 0.1), np.r_[start, np.zeros(arm.n)], "DOP853", rtol=1e-13, atol=1e-14)
-    errors = []
+    start, errors = np.linspace(0.2, -0.5, arm.n), []
+    _, exact = swing(arm, start, np.zeros(arm.n))
     for h in (0.01, 0.005, 0.0025):
         plant.call("Reset")
         plant.begin(q_start=start, step=h)
         assert plant.step(0.0, 0.1) == 0
-        errors.append(np.abs(plant.get("q") - swing.y[: arm.n, -1]).max())
+        errors.append(np.abs(plant.get("q") - exact).max())
     orders = np.log2(np.divide(errors[:-1], errors[1:]))
     assert np.abs(orders - 4.0).max() < 0.15, orders
     assert errors[-1] < 1e-8
 
 
 def test_a_load_is_that_of_the_arm(tmp_path):
-    plant, tensor = (
-        instance(tmp_path, "lwr4plus", "3"),
-        np.array([[0.02, 0.001, 0.002], [0.001, 0.03, 0.003], [0.002, 0.003, 0.025]]),
-    )
-    arm = lwr_dyn.load("lwr4plus", tool={"mass": 2.0, "com": [0.01, 0.02, 0.1], "inertia": tensor.tolist()})
-    plant.begin(payload_mass=2.0, payload_com=[0.01, 0.02, 0.1], payload_inertia=tensor[np.triu_indices(3)])
+    plant, mass, com = instance(tmp_path, "lwr4plus", "3"), 2.0, [0.01, 0.02, 0.1]
+    tensor = np.array([[0.02, 0.001, 0.002], [0.001, 0.03, 0.003], [0.002, 0.003, 0.025]])
+    arm = lwr_dyn.load("lwr4plus", tool={"mass": mass, "com": com, "inertia": tensor.tolist()})
+    plant.begin(payload_mass=mass, payload_com=com, payload_inertia=tensor[np.triu_indices(3)])
     state = np.random.default_rng(3).uniform(-1, 1, 14)
     expected = lwr_dyn.dynamics_of(arm).forward_dynamics(state[:7], state[7:], np.zeros(7))
     assert np.abs(plant.derivatives(state)[7:] - expected).max() < 1e-9
@@ -196,35 +175,30 @@ def test_the_description_names_each_variable_its_unit_and_what_is_left_out(versi
         assert b"not in it: position stops" in every.read("documentation/index.html")
         assert all(b"Redistribution and use" in every.read(x) for x in names if x.startswith("sources/fmi"))
     tree = ElementTree.fromstring(text)
-    assert "not in it: position stops and impacts" in tree.attrib["description"]
-    assert "reading physical" in tree.attrib["description"]
+    for words in ("not in it: position stops and impacts", "reading physical"):
+        assert words in tree.attrib["description"]
     variables = list(tree.find("ModelVariables"))
-    derivatives = [x.find("Real") if version == "2" else x for x in variables]
-    states = {int(x.attrib["derivative"]) for x in derivatives if "derivative" in x.attrib}
-    if version == "2":
-        assert {variables[k - 1].attrib["name"] for k in states} == {
-            f"{s}[{i + 1}]" for s in ("q", "dq") for i in range(7)
-        }
-    else:
-        assert {x.attrib["name"] for x in variables if int(x.attrib["valueReference"]) in states} == {"q", "dq"}
+    inner = [x.find("Real") if version == "2" else x for x in variables]
+    of = dict(enumerate(variables, 1)) if version == "2" else {int(x.attrib["valueReference"]): x for x in variables}
+    states = {of[int(x.attrib["derivative"])].attrib["name"] for x in inner if "derivative" in x.attrib}
+    scalars = {f"{x}[{i + 1}]" for x in ("q", "dq") for i in range(7)}
+    assert states == (scalars if version == "2" else {"q", "dq"})
     units = {x.attrib["name"] for x in tree.find("UnitDefinitions")}
-    assert {x.attrib["unit"] for x in derivatives if "unit" in x.attrib} == units
+    assert {x.attrib["unit"] for x in inner if "unit" in x.attrib} == units
+
+
+OTHER_LAWS = sorted({*laws()} - {"inverse-dynamics", "pid"})
 
 
 @pytest.mark.parametrize(
-    "law",
-    [
-        pytest.param(law, marks=[pytest.mark.slow] * (law != "pd-gravity"))
-        for law in sorted({*laws()} - {"inverse-dynamics", "pid"})
-    ],
+    "law", ["pd-gravity", *(pytest.param(x, marks=pytest.mark.slow) for x in OTHER_LAWS if x != "pd-gravity")]
 )
 def test_every_law_can_be_written(law):
     made = controller_fmu(lwr_dyn.load("lwr4plus"), law, "2")
     assert zipfile.ZipFile(BytesIO(made.archive())).testzip() is None
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("robot", "version"), [("wam7", "2"), ("lwr4plus", "3")])
+@pytest.mark.parametrize(("robot", "version"), [pytest.param("wam7", "2", marks=pytest.mark.slow), ("lwr4plus", "3")])
 def test_directional_derivatives_are_those_of_the_batch_and_of_differences(tmp_path, robot, version):
     arm, plant = lwr_dyn.load(robot), instance(tmp_path, robot, version)
     n, rng = arm.n, np.random.default_rng(8)
@@ -255,46 +229,39 @@ def test_directional_derivatives_are_those_of_the_batch_and_of_differences(tmp_p
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("version", ["2", "3"])
-@pytest.mark.parametrize("robot", ["lwr4plus", "wam7", "ur5"])
-def test_fmpy_finds_no_fault_and_runs_it_as_we_do(tmp_path, robot, version):
-    from fmpy import simulate_fmu
-    from fmpy.validation import validate_fmu
-
-    path, n, h = tmp_path / "x.fmu", loaded(robot).n, 1.0 / RATE
-    path.write_bytes(archive(robot, version))
-    assert validate_fmu(str(path)) == []
-    names = [f"q[{k + 1}]" for k in range(n)] if version == "2" else ["q"]
-    start = {f"q_start[{k + 1}]": 0.2 for k in range(n)} if version == "2" else {"q_start": [0.2] * n}
-    run = simulate_fmu(
-        path, stop_time=0.05, step_size=h, output_interval=h, fmi_type="CoSimulation", output=names, start_values=start
-    )
-    ours = instance(tmp_path, robot, version)
-    ours.begin(q_start=np.full(n, 0.2))
-    assert [ours.step(k * h, h) for k in range(50)] == [0] * 50
-    assert np.abs(np.hstack([np.ravel(run[name][-1]) for name in names]) - ours.get("q")).max() < 1e-12
-    assert np.abs(ours.get("q") - 0.2).max() > 1e-3
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("robot", "version", "law"), [("wam7", "2", "pid"), ("lwr4plus", "3", "inverse-dynamics"), ("ur5", "2", "pid")]
-)
-def test_fmpy_finds_no_fault_in_laws(tmp_path, robot, version, law):
+    ("robot", "version", "law"),
+    [
+        *((robot, version, None) for robot in ROBOTS for version in "23"),
+        ("wam7", "2", "pid"), ("lwr4plus", "3", "inverse-dynamics"), ("ur5", "2", "pid"),
+    ],
+)  # fmt: skip
+def test_fmpy_finds_no_fault_and_runs_it_as_we_do(tmp_path, robot, version, law):
     from fmpy import simulate_fmu
     from fmpy.validation import validate_fmu
 
-    path = tmp_path / "x.fmu"
+    path, n, h, count = tmp_path / "x.fmu", loaded(robot).n, 1.0 / RATE, 50 if law is None else 10
     path.write_bytes(archive(robot, version, law))
     assert validate_fmu(str(path)) == []
-    names = ["tau[2]"] if version == "2" else ["tau"]
-    run = simulate_fmu(path, stop_time=0.01, step_size=1.0 / RATE, output_interval=1.0 / RATE, output=names)
-    assert len(run) == 11
-    assert np.isfinite(run[names[0]]).all()
+    out, given = ("q", {"q_start": 0.2}) if law is None else ("tau", {"q": 0.2})
+    (begin,) = given
+    names = [f"{out}[{k + 1}]" for k in range(n)] if version == "2" else [out]
+    start = {f"{begin}[{k + 1}]": 0.2 for k in range(n)} if version == "2" else {begin: [0.2] * n}
+    run = simulate_fmu(
+        path, stop_time=count * h, step_size=h, output_interval=h, fmi_type="CoSimulation", output=names,
+        start_values=start,
+    )  # fmt: skip
+    ours = instance(tmp_path, robot, version, law)
+    ours.begin(**{begin: np.full(n, 0.2)})
+    assert [ours.step(k * h, h) for k in range(count)] == [0] * count
+    theirs = np.hstack([np.ravel(run[name][-1]) for name in names])
+    assert len(run) == count + 1
+    assert np.abs(theirs - ours.get(out)).max() < 1e-12
+    assert np.abs(theirs - (0.2 if law is None else 0.0)).max() > 1e-3
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("robot", ["lwr4plus", "wam7", "ur5"])
+@pytest.mark.parametrize("robot", ROBOTS)
 def test_libcosim_runs_plant_and_law_in_parallel_as_we_do(tmp_path, robot):
     """The master of the Open Simulation Platform, on the FMI Library; its algorithm steps all FMUs at once."""
     from libcosimpy.CosimExecution import CosimExecution
@@ -333,24 +300,29 @@ def test_libcosim_runs_plant_and_law_in_parallel_as_we_do(tmp_path, robot):
     assert np.abs(plant.get("q")).max() > 1e-3
 
 
-def test_bad_input_is_one_line(monkeypatch):
-    arm = lwr_dyn.load("lwr4plus")
-    with pytest.raises(UnknownNameError, match="no control law that can be written named 'pd'"):
-        controller_fmu(arm, "pd")
-    with pytest.raises(OptionError, match=r"--rate: 0\.0; allowed: a number above 0"):
-        controller_fmu(arm, "pid", rate=0.0)
-    with pytest.raises(OptionError, match="--fmi: '4'; allowed: 2 or 3"):
-        plant_fmu(arm, "4")
-    with pytest.raises(MissingDataError):
-        plant_fmu(lwr_dyn.load("lwr4"))
+@pytest.mark.parametrize(
+    ("call", "error", "words"),
+    [
+        (lambda arm: controller_fmu(arm, "pd"), UnknownNameError, "no control law that can be written named 'pd'"),
+        (lambda arm: controller_fmu(arm, "pid", rate=0.0), OptionError, r"--rate: 0\.0; allowed: a number above 0"),
+        (lambda arm: plant_fmu(arm, "4"), OptionError, "--fmi: '4'; allowed: 2 or 3"),
+        (lambda _: plant_fmu(lwr_dyn.load("lwr4")), MissingDataError, "lwr4"),
+    ],
+)
+def test_bad_input_is_one_line(call, error, words):
+    with pytest.raises(error, match=words):
+        call(lwr_dyn.load("lwr4plus"))
+
+
+def test_a_binary_needs_a_known_system_and_a_compiler_that_takes_the_sources(monkeypatch):
     made = module.Fmu("x", "3", {"sources/x.c": b"not C"}, ())
     assert zipfile.ZipFile(BytesIO(made.archive())).namelist() == ["sources/x.c"]
     with pytest.raises(OptionError, match="a compiler of C99"):
         made.archive(binary=True)
-    monkeypatch.setattr(module.platform, "system", lambda: "Plan9")
-    with pytest.raises(OptionError, match="--binary: Plan9"):
-        made.archive(binary=True)
-    monkeypatch.undo()
-    monkeypatch.setattr(module.shutil, "which", lambda _: None)
-    with pytest.raises(MissingPackageError, match="a C compiler"):
-        made.archive(binary=True)
+    for patched, name, value, error, words in (
+        (module.platform, "system", "Plan9", OptionError, "--binary: Plan9"),
+        (module.shutil, "which", None, MissingPackageError, "a C compiler"),
+    ):
+        with monkeypatch.context() as patch, pytest.raises(error, match=words):  # noqa: PT012
+            patch.setattr(patched, name, lambda *_, value=value: value)
+            made.archive(binary=True)

@@ -18,12 +18,9 @@ def described(version, sample=None):
     return ElementTree.fromstring(model_description(version, "m", "t", "a", ROWS, ("a.c",), sample))
 
 
-def test_scalars_are_named_by_their_places():
-    assert [x.scalar_names() for x in ROWS[:2]] == [["u"], ["x[1]", "x[2]"]]
-    assert ROWS[3].scalar_names() == ["pose[1,1]", "pose[1,2]", "pose[2,1]", "pose[2,2]"]
-
-
 def test_structure_of_version_2_counts_scalars():
+    assert [x.scalar_names() for x in ROWS if x.name in "ux"] == [["u"], ["x[1]", "x[2]"]]
+    assert ROWS[3].scalar_names() == ["pose[1,1]", "pose[1,2]", "pose[2,1]", "pose[2,2]"]
     tree = described("2")
     variables = list(tree.find("ModelVariables"))
     assert [int(x.attrib["valueReference"]) for x in variables] == [0, 1000, 1001, 2000, 2001, 3000, 3001, 3002, 3003]

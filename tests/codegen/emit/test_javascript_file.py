@@ -12,10 +12,16 @@ from lwr_dyn.codegen.emit.functions import Argument, EmittedFunction, TemplateFu
 from lwr_dyn.codegen.emit.javascript_file import javascript_source, js_function, shared_functions
 from lwr_dyn.foundation.errors import OptionError
 from tests.codegen.emit.emitted_robots import ARMS, DYNAMICS, emitted_robot
-from tests.codegen.emit.programs import output, program
+from tests.codegen.emit.programs import node, output, program
+
+
+def evaluated(text, expression, folder):
+    """The value of an expression after a script, as node sees it."""
+    return node(folder, f"{text}\nconsole.log(JSON.stringify({expression}));")
+
 
 USE = """
-const cases = JSON.parse(require("fs").readFileSync(process.argv[2]));
+const cases = JSON.parse(require("fs").readFileSync("vectors.json"));
 const rows = cases.functions.map(f => {
   const g = robot[f.name.replace("lwr4plus_", "")];
   return f.arguments[0].rows.map((_, k) => Array.from(g(...f.arguments.map(a => a.rows[k]))));
@@ -36,15 +42,13 @@ def test_a_file_gives_its_test_vectors(ending, lwr_dyn_command, tmp_path):
     text = out.read_text()
     assert text.startswith("// KUKA LWR 4+")
     assert "// source file sha256: " in text
-    use = tmp_path / "use.mjs"
     if ending == ".mjs":
         loading = f"import robot, {{ jacobian, n }} from {json.dumps(out.as_uri())};\n"
         loading += "if (jacobian !== robot.jacobian || n !== 7) throw new Error();\n"
     else:
         loading = f"{text}const robot = lwr4plus;\n"
-    use.write_text('import { createRequire } from "module";\nconst require = createRequire(import.meta.url);\n'
-                   + loading + USE)  # fmt: skip
-    results = json.loads(output([program("node"), str(use), str(vectors)]))
+    begin = 'import { createRequire } from "module";\nconst require = createRequire(import.meta.url);\n'
+    results = node(tmp_path, begin + loading + USE, "use.mjs")
     cases = json.loads(vectors.read_text())["functions"]
     assert len(cases) == 3
     for case, rows in zip(cases, results, strict=True):
@@ -57,24 +61,17 @@ def test_functions_with_branches_stand_in_the_same_object(tmp_path):
     halved = TemplateFunction("halved", "x / 2", {"js": "halved, third"}, source)
     only_c = TemplateFunction("only_c", "", {}, {"c": ""})
     text = javascript_source([*emitted_robot("kr30ha", ("gravity_vector",)).functions, halved, only_c], "robot")
-    path = tmp_path / "run.js"
-    path.write_text(text + "console.log(JSON.stringify([robot.halved(3), Object.keys(robot), robot.n]));")
     members = ["name", "n", "functions", "gravity_vector", "halved", "third"]
-    assert json.loads(output([program("node"), str(path)])) == [1.5, members, 6]
+    assert evaluated(text, "[robot.halved(3), Object.keys(robot), robot.n]", tmp_path) == [1.5, members, 6]
 
 
 def test_a_compact_file_is_shorter_and_the_same(tmp_path):
     functions = emitted_robot("kr30ha", ("gravity_vector", "jacobian")).functions
     plain, short = (javascript_source(functions, "robot", is_compact=c) for c in (False, True))
     assert len(short) < 0.8 * len(plain)
-    path = tmp_path / "run.js"
-    results = []
-    for text in (plain, short):
-        path.write_text(
-            text + "console.log(robot.jacobian([1, -2, .3, .4, 5, 6]), robot.gravity_vector([1,2,3,4,5,6]));"
-        )
-        results.append(output([program("node"), str(path)]))
-    assert results[0] == results[1]
+    calls = "[robot.jacobian([1, -2, .3, .4, 5, 6]), robot.gravity_vector([1, 2, 3, 4, 5, 6])].map(x => [...x])"
+    one, other = (evaluated(text, calls, tmp_path) for text in (plain, short))
+    assert one == other
 
 
 @pytest.mark.parametrize(
@@ -88,6 +85,8 @@ def test_a_compact_file_is_shorter_and_the_same(tmp_path):
 )
 def test_bad_input_gets_one_line(options, message, lwr_dyn_command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    with pytest.raises(OptionError, match="script, module"):
+        javascript_source([], "robot", form="amd")
     code, out, err = lwr_dyn_command("kernels", "kr30ha", "--language", "js", "--emit", "jacobian", *options)
     assert (code, out) == (2, "")
     assert message in err
@@ -95,48 +94,31 @@ def test_bad_input_gets_one_line(options, message, lwr_dyn_command, tmp_path, mo
     assert not list(tmp_path.iterdir())
 
 
-def test_another_form_is_refused():
-    with pytest.raises(OptionError, match="script, module"):
-        javascript_source([], "robot", form="amd")
-
-
 LARGEST_BYTECODE = 61_440
 """V8's max_optimized_bytecode_size."""
 
 
-def evaluated(text, expression, folder):
-    """The value of an expression after a script, as node sees it."""
-    path = folder / "run.js"
-    path.write_text(f"{text}\nconsole.log(JSON.stringify({expression}));")
-    return json.loads(output([program("node"), str(path)]))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("arm", ARMS)
-@pytest.mark.parametrize("sincos", ["own", "libm"])
-def test_values_are_those_of_python(arm, sincos, tmp_path):
+def test_values_with_the_librarys_sines_are_those_of_python(arm, tmp_path):
+    """Those of its own sines have the bits of C: `test_javascript_file_bits`."""
     robot, dynamics = emitted_robot(arm), lwr_dyn.dynamics_of(lwr_dyn.load(arm))
     states = np.random.default_rng(5).uniform(-3.0, 3.0, (20, 3, robot.functions[0].width))
-    text = javascript_source(robot.functions, "robot", sincos=sincos)
-    names = json.dumps([f.name for f in robot.functions])
-    call = f"""{json.dumps(states.tolist())}.map(s => {names}.map(
-        name => Array.from(robot[name](...s.slice(0, robot.functions[name].arguments.length)))))"""
-    for state, results in zip(states, evaluated(text, call, tmp_path), strict=True):
-        for f, result in zip(robot.functions, results, strict=True):
-            wanted = np.asarray(getattr(dynamics, f.name)(*state[: len(f.arguments)]))
-            assert np.abs(np.reshape(result, wanted.shape) - wanted).max() < 1e-13 * np.abs(wanted).max(), f.name
+    text = javascript_source(robot.functions, "robot", sincos="libm")
+    for f in robot.functions:
+        calls = f"{states[:, : len(f.arguments)].tolist()}.map(s => [...robot.{f.name}(...s)])"
+        wanted = getattr(dynamics, f.name)(*np.swapaxes(states, 0, 1)[: len(f.arguments)])
+        found = np.reshape(evaluated(text, calls, tmp_path), wanted.shape)
+        assert np.abs(found - wanted).max() < 1e-13 * np.abs(wanted).max(), f.name
 
 
 def test_sine_and_cosine_beside_mpmath(tmp_path):
     import mpmath
 
     x = [*np.random.default_rng(2).uniform(-50.0, 50.0, 300), 0.0, np.pi, -np.pi / 2, 1e-9, 1e5]
-    values = evaluated(
-        shared_functions("sincos("), f"{json.dumps(x)}.map(a => (sincos([a], 0), [...turned]))", tmp_path
-    )
-    for angle, (sine, cosine) in zip(x, values, strict=True):
-        assert abs(mpmath.sin(angle) - sine) < 3e-16
-        assert abs(mpmath.cos(angle) - cosine) < 3e-16
+    calls = f"{json.dumps(x)}.map(a => (sincos([a], 0), [...turned]))"
+    for angle, pair in zip(x, evaluated(shared_functions("sincos("), calls, tmp_path), strict=True):
+        assert max(abs(f(angle) - found) for f, found in zip((mpmath.sin, mpmath.cos), pair, strict=True)) < 3e-16
 
 
 def test_rarer_operations_beside_numpy(tmp_path):

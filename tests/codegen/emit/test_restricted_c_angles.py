@@ -8,7 +8,7 @@ import pytest
 
 from lwr_dyn.codegen.emit.restricted_c import c_text
 from lwr_dyn.kinematics.closed_forms.texts import ANGLE_NUMBERS, with_own_angles
-from tests.codegen.emit.programs import output, program
+from tests.codegen.emit.programs import shared
 
 LOOPS = """
 void many(int which, int count, const double *y, const double *x, double *out)
@@ -26,8 +26,7 @@ def own(tmp_path_factory):
     """(which function, y, x) -> numbers, of the C text."""
     folder = tmp_path_factory.mktemp("angles")
     (folder / "a.c").write_text("#include <math.h>\n" + c_text(with_own_angles(""), ANGLE_NUMBERS, "a") + LOOPS)
-    output([program("gcc"), "-O1", "-std=c99", "-shared", "-fPIC", "a.c", "-lm", "-o", "a.so"], folder)
-    library = ctypes.CDLL(str(folder / "a.so"))
+    library = shared(folder, ["a.c"], "-O1", "-std=c99")
 
     def call(which, y, x=None):
         y, out = np.ascontiguousarray(y), np.zeros(len(y))

@@ -17,13 +17,11 @@ import lwr_dyn
 from lwr_dyn.codegen.kernels import kernel
 from lwr_dyn.codegen.kernels.kernel import CacheWarning
 from lwr_dyn.codegen.kernels.kernel_spec import kernel_spec
-from lwr_dyn.codegen.kernels.loop_code import KernelLoop
 from lwr_dyn.codegen.rollouts import kernel as rollout_kernel
 from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
 from lwr_dyn.model.friction import symmetric
 
 ARM = lwr_dyn.load("lwr4plus")
-Q = np.full((3, 7), 0.3)
 ONE = """
 import sys, numpy as np, lwr_dyn
 batch = lwr_dyn.batch_dynamics(lwr_dyn.load("lwr4plus"))
@@ -41,10 +39,6 @@ def folder(tmp_path, monkeypatch):
     return tmp_path / "kernels"
 
 
-def gravity():
-    return lwr_dyn.batch_dynamics(ARM).gravity_vector(Q)
-
-
 def in_a_new_process():
     return subprocess.Popen([sys.executable, "-c", ONE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
@@ -57,58 +51,38 @@ def answer(process):
     return traced == "True", float(value)
 
 
-@pytest.fixture(scope="module")
-def built(tmp_path_factory):
-    """Torques, the name of their kernel in the cache, its record and its code, built once."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("LWR_DYN_CACHE", str(tmp_path_factory.mktemp("built")))
-        patch.setattr(kernel, "_loaded", {})
-        right, key = gravity(), kernel.key_of(kernel_spec(ARM), "gravity_vector")
-        return right, key, *kernel.read_cache(key)
+def test_what_is_not_in_the_cache_or_damaged_is_made_and_kept(folder):
+    calls = []
+
+    def made():
+        calls.append(len(calls))
+        return b"code", RECORD
+
+    def record(names=frozenset(RECORD)):
+        return kernel._record_and_code("a", names, made)
+
+    file = folder / "a.kernel"
+    assert [record(), record()] == [(RECORD, b"code")] * 2
+    assert len(calls) == 1
+    file.write_bytes(file.read_bytes()[:-1])
+    assert [record(), record()] == [(RECORD, b"code")] * 2
+    assert len(calls) == 2
+    record({"symbol", "more"})  # of another generator
+    assert len(calls) == 3
+    file.unlink()
+    file.mkdir()
+    with pytest.warns(CacheWarning, match="directory"):
+        assert record() == (RECORD, b"code")
+    assert len(calls) == 4
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("damage", ["cut", "flipped", "empty", "other", "folder"])
-def test_a_damaged_kernel_is_built_again(built, folder, monkeypatch, damage):
-    right, key, record, code = built
-    kernel.write_cache(key, record, code)
-    assert kernel.read_cache(key) == (record, code)
-    (file,) = folder.glob("*.kernel")
-    whole = file.read_bytes()
-    if damage == "folder":
-        file.unlink()
-        file.mkdir()
-    else:
-        middle = len(whole) // 2
-        flipped = whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :]
-        file.write_bytes({"cut": whole[:-5], "flipped": flipped, "empty": b"", "other": b"something else"}[damage])
-    built_again = []
-
-    def compiled(loop):
-        """The compiler, which gives the same code."""
-        built_again.append(loop)
-        return code
-
-    monkeypatch.setattr(KernelLoop, "machine_code", compiled)
-    if damage == "folder":
-        with pytest.warns(CacheWarning, match="directory"):
-            assert np.array_equal(gravity(), right)
-    else:
-        assert np.array_equal(gravity(), right)
-        assert kernel.read_cache(key) == (record, code)
-    assert len(built_again) == 1
-
-
-@pytest.mark.slow
-def test_a_folder_that_cannot_be_written_is_warned_of_once_and_does_not_stop_the_batch(tmp_path, monkeypatch):
+def test_a_folder_that_cannot_be_written_is_warned_of_once(tmp_path, folder, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "file" / "kernels"))
-    monkeypatch.setattr(kernel, "_loaded", {})
-    monkeypatch.setattr(kernel, "_warned", set())
     with pytest.warns(CacheWarning, match="this process compiles its own; name another folder in LWR_DYN_CACHE"):
-        right = gravity()
+        kernel.write_cache("a", {}, b"code")
     kernel.write_cache("another", {}, b"code")  # no second warning: warnings are errors here
-    assert np.abs(right - lwr_dyn.dynamics_of(ARM).gravity_vector(Q)).max() < 1e-12
+    assert kernel.read_cache("a") is None
 
 
 @pytest.mark.slow
@@ -126,42 +100,39 @@ def test_processes_at_once_a_killed_one_and_a_later_one_that_loads_their_kernel(
     assert os.stat(folder).st_mode & 0o777 == 0o700
 
 
-@pytest.mark.slow
 def test_files_of_a_killed_process_are_deleted_later(folder):
-    folder.mkdir()
+    folder.mkdir(mode=0o700)
     old, young = folder / ".gravity.kernel.abc", folder / ".gravity.kernel.def"
     for path in (old, young):
         path.write_bytes(b"half")
     os.utime(old, (time.time() - 2 * 3600,) * 2)
     kernel.write_cache("a", {}, b"code")
-    assert not old.exists()
-    assert young.exists()
+    assert {path.name for path in folder.iterdir()} == {young.name, "a.kernel"}
 
 
 def test_the_key_distinguishes_arms_choices_and_functions():
-    specs = [
-        kernel_spec(ARM),
-        kernel_spec(lwr_dyn.load("lwr4plus", "printed")),
-        kernel_spec(ARM, dtype="float32"),
-        kernel_spec(ARM, inputs=["gravity"]),
-        kernel_spec(ARM, rotors="none"),
-        kernel_spec(replace(ARM, friction=(symmetric(1.0, 0.1),) * 7), friction="arm"),
-    ]
+    rubbing = replace(ARM, friction=(symmetric(1.0, 0.1),) * 7)
+    choices = [{}, {"dtype": "float32"}, {"inputs": ["gravity"]}, {"rotors": "none"}, {"layout": "blocks"}]
+    specs = [kernel_spec(ARM, **choice) for choice in choices]
+    specs += [kernel_spec(lwr_dyn.load("lwr4plus", "printed")), kernel_spec(rubbing, friction="arm")]
     keys = {kernel.key_of(spec, name) for spec in specs for name in ("gravity_vector", "mass_matrix")}
-    assert len(keys) == 12
+    assert len(keys) == 14
     assert kernel.key_of(kernel_spec(lwr_dyn.load("lwr4plus")), "mass_matrix") in keys
 
 
 @pytest.mark.parametrize("package", ["llvmlite", "mpmath"])
-def test_the_key_distinguishes_versions_of_what_makes_the_code(monkeypatch, package):
-    makers = (
+@pytest.mark.parametrize(
+    ("module", "key"),
+    [
         (kernel, lambda: kernel.key_of(kernel_spec(ARM), "mass_matrix")),
         (rollout_kernel, lambda: rollout_kernel.plan_key("rollout", SimpleNamespace(digest="0"), "8")),
-    )
-    for module, key in makers:
-        before = key()
-        monkeypatch.setattr(module, "package_version", lambda name: "0.0" if name == package else version(name))
-        assert key() != before
+    ],
+    ids=["kernel", "rollout"],
+)
+def test_the_key_distinguishes_versions_of_what_makes_the_code(monkeypatch, package, module, key):
+    before = key()
+    monkeypatch.setattr(module, "package_version", lambda name: "0.0" if name == package else version(name))
+    assert key() != before
 
 
 @pytest.mark.parametrize("package", ["llvmlite", "casadi", "mpmath"])
@@ -170,13 +141,6 @@ def test_an_absent_package_is_named(monkeypatch, package):
     for make in (lwr_dyn.batch_dynamics, lambda arm: lwr_dyn.dynamics_of(arm, "kernels")):
         with pytest.raises(MissingPackageError, match=rf"{package} is not installed.*pip install 'lwr_dyn\[batch\]'"):
             make(ARM)
-
-
-def test_the_folder_follows_the_users_cache(monkeypatch, tmp_path):
-    monkeypatch.delenv("LWR_DYN_CACHE", raising=False)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(sys, "platform", "linux")
-    assert kernel.cache_folder() == tmp_path / "lwr_dyn"
 
 
 def test_without_a_home_folder_kernels_are_not_kept(monkeypatch):
@@ -193,74 +157,111 @@ def test_without_a_home_folder_kernels_are_not_kept(monkeypatch):
         kernel.write_cache("a", {}, b"code")
 
 
-def planted(folder, code=b"code"):
-    """A kernel file as another user's process would write it: right in form, signed with another key."""
-    content = b'{"symbol": "f"}\n' + code
-    digest = hmac.digest(b"x" * 32, b"a\n" + content, "sha256").hex().encode() + b"\n"
-    (folder / "a.kernel").write_bytes(kernel._MARK + digest + content)
-    return folder / "a.kernel"
+RECORD = {"symbol": "f"}
 
 
-def test_what_is_signed_with_another_key_is_not_read(folder):
-    kernel.write_cache("a", {"symbol": "f"}, b"code")
-    assert kernel.read_cache("a") == ({"symbol": "f"}, b"code")
-    planted(folder)
-    assert kernel.read_cache("a") is None
-
-
-def test_a_kernel_under_the_name_of_another_is_not_read(folder):
+def exchanged(file, patch):
     """Two files exchanged: both are signed by this user, and each holds what the other's name says."""
-    kernel.write_cache("a", {"symbol": "f"}, b"code of a")
-    kernel.write_cache("b", {"symbol": "f"}, b"code of b")
-    (folder / "a.kernel").rename(folder / "c")
-    (folder / "b.kernel").rename(folder / "a.kernel")
-    (folder / "c").rename(folder / "b.kernel")
-    assert kernel.read_cache("a") is None
-    assert kernel.read_cache("b") is None
-    kernel.write_cache("a", {"symbol": "f"}, b"code of a")
-    assert kernel.read_cache("a") == ({"symbol": "f"}, b"code of a")
+    kernel.write_cache("b", RECORD, b"code of b")
+    (file.parent / "b.kernel").replace(file)
 
 
-def test_a_link_in_the_cache_is_neither_read_nor_written_through(folder, tmp_path):
-    kernel.write_cache("a", {"symbol": "f"}, b"code")
-    (folder / "a.kernel").rename(tmp_path / "elsewhere")
-    (folder / "a.kernel").symlink_to(tmp_path / "elsewhere")
-    assert kernel.read_cache("a") is None
-    (tmp_path / "elsewhere").write_bytes(b"mine")
-    kernel.write_cache("a", {"symbol": "f"}, b"code")
-    assert (tmp_path / "elsewhere").read_bytes() == b"mine"
-    assert kernel.read_cache("a") == ({"symbol": "f"}, b"code")
+def linked(file, patch):
+    file.rename(file.with_name("elsewhere"))
+    file.symlink_to("elsewhere")
 
 
-@pytest.mark.parametrize("mode", [0o720, 0o770, 0o702])
-def test_a_folder_that_others_can_write_is_neither_read_nor_written(folder, mode):
-    kernel.write_cache("a", {"symbol": "f"}, b"code")
-    folder.chmod(mode)
-    assert kernel.read_cache("a") is None
-    with pytest.warns(CacheWarning, match=f"open to others: owner {os.getuid()}, mode {mode:o}"):
-        kernel.write_cache("b", {"symbol": "f"}, b"code")
-    assert [p.name for p in folder.glob("*.kernel")] == ["a.kernel"]
+def a_folder(file, patch):
+    file.unlink()
+    file.mkdir()
+
+
+def signed_by_another(file, patch):
+    """A kernel file as another user's process would write it: right in form, signed with another key."""
+    content = b'{"symbol": "f"}\ncode'
+    digest = hmac.digest(b"x" * 32, b"a\n" + content, "sha256").hex().encode() + b"\n"
+    file.write_bytes(kernel._MARK + digest + content)
+
+
+def content(made):
+    return lambda file, patch: file.write_bytes(made(file.read_bytes()))
+
+
+def record(text):
+    return content(lambda _: kernel._MARK + kernel._digest("a", text) + text)
+
+
+def mode(rights, of=lambda file: file):
+    return lambda file, patch: of(file).chmod(rights)
+
+
+NOT_READ = {
+    "signed with another key": signed_by_another, "under the name of another": exchanged, "a link": linked,
+    "a folder": a_folder, "of another user": lambda file, patch: patch.setattr(os, "getuid", lambda: -1),
+    "cut": content(lambda whole: whole[:-1]), "empty": content(lambda whole: b""),
+    "flipped": content(lambda whole: whole[:-2] + b"x" + whole[-1:]), "no kernel": content(lambda whole: b"else"),
+    "of an older form": content(lambda whole: b"x" + whole[1:]),
+    **{f"that others can write, {x:o}": mode(x) for x in (0o620, 0o602)},
+    **{f"in a folder that others can write, {x:o}": mode(x, lambda file: file.parent) for x in (0o720, 0o702)},
+    **{f"record {x[:4]!r}": record(x) for x in (b"[]\n", b"5\n", b"{\n", b"\n", b"[" * 100_000, b"\xff\n")},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", NOT_READ)
+def test_what_is_not_whole_or_not_this_users_own_is_not_read(folder, monkeypatch, what):
+    kernel.write_cache("a", RECORD, b"code")
     folder.chmod(0o755)  # others may read
-    assert kernel.read_cache("a") is not None
-
-
-def test_a_file_that_others_can_write_or_own_is_not_read(folder, monkeypatch):
-    kernel.write_cache("a", {"symbol": "f"}, b"code")
-    for mode in (0o620, 0o602):
-        (folder / "a.kernel").chmod(mode)
-        assert kernel.read_cache("a") is None
     (folder / "a.kernel").chmod(0o644)
-    assert kernel.read_cache("a") is not None
-    mine = os.getuid()
-    monkeypatch.setattr(os, "getuid", lambda: mine + 1)
+    assert kernel.read_cache("a") == (RECORD, b"code")
+    NOT_READ[what](folder / "a.kernel", monkeypatch)
     assert kernel.read_cache("a") is None
 
 
-@pytest.mark.parametrize("content", [b"[]\n", b"5\n", b"{\n", b"\n", b"[" * 100_000, b"\xff\n"])
-def test_a_record_that_is_none_is_built_again(folder, content):
+def test_a_link_in_the_cache_is_not_written_through(folder, tmp_path):
     folder.mkdir(mode=0o700)
-    (folder / "a.kernel").write_bytes(kernel._MARK + kernel._digest("a", content) + content)
-    assert kernel.read_cache("a") is None
+    (tmp_path / "elsewhere").write_bytes(b"mine")
+    (folder / "a.kernel").symlink_to(tmp_path / "elsewhere")
+    kernel.write_cache("a", RECORD, b"code")
+    assert (tmp_path / "elsewhere").read_bytes() == b"mine"
+    assert kernel.read_cache("a") == (RECORD, b"code")
+
+
+@pytest.mark.parametrize("rights", [0o720, 0o770, 0o702])
+def test_a_folder_that_others_can_write_is_not_written(folder, rights):
+    folder.mkdir()
+    folder.chmod(rights)
+    reason = f"kernels is open to others: owner {os.getuid()}, mode {rights:o}"
+    with pytest.warns(CacheWarning) as caught:
+        kernel.write_cache("b", RECORD, b"code")
+    assert str(caught[0].message) == (
+        f"compiled kernels cannot be kept in {folder} ({reason}): this process compiles its own; "
+        "name another folder in LWR_DYN_CACHE"
+    )
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("count", "threads", "parts"),
+    [
+        (100_000, 1, [(0, 100_000)]),
+        (3 * 2048 - 1, 2, [(0, 3072), (3072, 6143)]),
+        (131_072, 2, [(16_384 * i, 16_384 * (i + 1)) for i in range(8)]),
+        (20, 3, [(0, 20)]),
+    ],
+)
+def test_states_are_shared_out_in_whole_blocks_and_what_is_invalid_is_added_up(count, threads, parts):
+    """By code that notes its part; 4 a thread, none of fewer than 2048 states, blocks of 8 lanes."""
+    calls = []
+
+    def call(*given):
+        calls.append(given)
+        return len(given)
+
+    made = kernel.Kernel(SimpleNamespace(lanes=8, buffer=3), np.dtype("f8"), SimpleNamespace(call=call))
+    assert made.run([(1000, 7), (2000, 0)], 3000, count, threads) == 8 * len(parts)
+    assert sorted(given[-2:] for given in calls) == parts
+    assert {given[:5] for given in calls} == {(1000, 7, 2000, 0, 3000)}
+    assert {given[5] % 64 for given in calls} == {0}
 
 
 def test_the_key_is_the_users_own_and_secret(folder, tmp_path, monkeypatch):

@@ -23,6 +23,8 @@ pytestmark = pytest.mark.usefixtures("by_python")
 ARM = lwr_dyn.load("lwr4plus")
 LIMITS = tuple(replace(limits, viscous=1.0 + i, coulomb=0.5 * i) for i, limits in enumerate(ARM.limits))
 RUBBING = replace(ARM, limits=LIMITS)
+OFFSET = replace(ARM, friction=(JointFriction(Direction(0.0, 0.0), Direction(0.0, 0.0), 0.3),) * 7)
+CURVED = replace(ARM, friction=(JointFriction(Direction(1.0, 0.1, 1.5, 0.05), Direction(1.0, 0.1)),) * 7)
 WITH_INPUTS = [name for name, shape in kernel_spec.FUNCTIONS.items() if shape.parameters]
 
 
@@ -40,15 +42,6 @@ def own_values(arm):
     }
 
 
-def test_kernels_of_other_options_have_other_digests():
-    plain = kernel_spec.kernel_spec(ARM)
-    changes = [{"inputs": ("gravity",)}, {"dtype": "float32"}, {"rotors": "none"}, {"layout": "planes"}]
-    others = [replace(plain, **change) for change in changes]
-    digests = {spec.digest("mass_matrix") for spec in (plain, *others)}
-    assert len(digests) == 5
-    assert kernel_spec.kernel_spec(ARM).digest("mass_matrix") in digests
-
-
 def given(function, values):
     return {name: values[name] for name in kernel_spec.FUNCTIONS[function].parameters}
 
@@ -63,12 +56,14 @@ def test_the_arms_own_values_as_inputs_give_the_constants_result(family, functio
 
 
 @pytest.mark.slow
-def test_every_state_may_have_a_body_a_load_and_a_gravity_of_its_own(family):
+@pytest.mark.parametrize(
+    "function", ["inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis_matrix", "potential_energy"]
+)
+def test_every_state_may_have_a_body_a_load_and_a_gravity_of_its_own(family, function):
     count, rng = 21, np.random.default_rng(5)
-    x = states(7, count)
-    bodies = [[random_body(rng) for _ in range(7)] for _ in range(count)]
+    x, gravity = states(7, count), rng.uniform(-10, 10, (count, 3))
     loads = [(rng.uniform(0, 5), rng.uniform(-0.2, 0.2, 3), np.diag(rng.uniform(0.01, 0.02, 3))) for _ in range(count)]
-    gravity = rng.uniform(-10, 10, (count, 3))
+    bodies = [[random_body(rng) for _ in range(7)] for _ in range(count)]
     chains = [replace(with_bodies(ARM.chain, b), gravity=g) for b, g in zip(bodies, gravity, strict=True)]
     values = {
         "inertia": np.array([kernel_spec.inertial_parameters(c) for c in chains]),
@@ -76,14 +71,11 @@ def test_every_state_may_have_a_body_a_load_and_a_gravity_of_its_own(family):
         "gravity": gravity,
         "friction": np.zeros((5, 7)),
     }
-    for function in ("inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis_matrix", "potential_energy"):
-        result = evaluated(family, function, *x, **given(function, values))
-        expected = []
-        for k in range(count):
-            arm = ARM.with_chain(with_payload(chains[k], *loads[k]))
-            engine = lwr_dyn.dynamics_of(arm, "newton-euler")
-            expected.append(getattr(engine, function)(*x[: len(kernel_spec.FUNCTIONS[function].states), k]))
-        assert relative_difference(result, np.array(expected)) < EXACT, function
+    result, expected = evaluated(family, function, *x, **given(function, values)), []
+    for chain, load, state in zip(chains, loads, np.swapaxes(x, 0, 1), strict=True):
+        engine = lwr_dyn.dynamics_of(ARM.with_chain(with_payload(chain, *load)), "newton-euler")
+        expected.append(getattr(engine, function)(*state[: len(kernel_spec.FUNCTIONS[function].states)]))
+    assert relative_difference(result, np.array(expected)) < EXACT
 
 
 @pytest.mark.slow
@@ -109,34 +101,19 @@ def test_parameters_without_mass_but_with_a_first_moment_work(family):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("arm", [RUBBING, lwr_dyn.load("wam7")], ids=["both ways alike", "per direction"])
-def test_friction_is_that_of_the_arms_models(arm):
+@pytest.mark.parametrize("arm", [RUBBING, lwr_dyn.load("wam7"), OFFSET], ids=["both ways", "per direction", "offset"])
+@pytest.mark.parametrize("is_given", [False, True])
+def test_friction_is_that_of_the_arms_models(arm, is_given):
+    """An offset is there at any speed."""
     q, dq, ddq = states(7, 30)
     dq[0] = 0.0
     rigid = lwr_dyn.batch_dynamics(arm).inverse_dynamics(q, dq, ddq)
-    rubbing = lwr_dyn.batch_dynamics(arm, friction="arm").inverse_dynamics(q, dq, ddq)
+    if is_given:
+        table = kernel_spec.friction_parameters(arm)
+        rubbing = lwr_dyn.batch_dynamics(arm, inputs=["friction"]).inverse_dynamics(q, dq, ddq, friction=table)
+    else:
+        rubbing = lwr_dyn.batch_dynamics(arm, friction="arm").inverse_dynamics(q, dq, ddq)
     assert np.abs(rubbing - rigid - friction_torque(arm.friction_models(), dq)).max() < 1e-12
-
-
-@pytest.mark.slow
-def test_an_offset_is_there_at_any_speed():
-    q, dq, ddq = states(7, 5)
-    values = own_values(ARM)
-    values["friction"][kernel_spec.FRICTION.index("offset")] = 0.3
-    dq[0] = 0.0
-    result = lwr_dyn.batch_dynamics(ARM, inputs=["friction"]).inverse_dynamics(q, dq, ddq, friction=values["friction"])
-    assert np.abs(result - lwr_dyn.batch_dynamics(ARM).inverse_dynamics(q, dq, ddq) - 0.3).max() < 1e-12
-
-
-def test_friction_of_an_arm_that_has_none_is_refused():
-    with pytest.raises(MissingDataError, match="lwr4plus: friction not given"):
-        lwr_dyn.batch_dynamics(ARM, friction="arm")
-
-
-def test_a_stribeck_curve_is_refused():
-    curved = replace(ARM, friction=(JointFriction(Direction(1.0, 0.1, 1.5, 0.05), Direction(1.0, 0.1)),) * 7)
-    with pytest.raises(OptionError, match="friction of joint_1: a Stribeck curve; allowed: in kernels Coulomb"):
-        lwr_dyn.batch_dynamics(curved, friction="arm")
 
 
 def test_inertial_parameters_of_links_without_bodies_are_zero():
@@ -145,28 +122,34 @@ def test_inertial_parameters_of_links_without_bodies_are_zero():
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("arm", "options", "error", "message"),
     [
-        ({"inputs": ["colour"]}, "inputs: 'colour'; allowed: inertia, payload, gravity, friction"),
-        ({"dtype": "float16"}, "dtype: 'float16'; allowed: float64, float32"),
-        ({"friction": "some"}, "friction: 'some'; allowed: none, arm"),
-        ({"friction": "arm", "inputs": ["friction"]}, "one of them"),
-        ({"rotors": "half"}, "rotors: 'half'"),
-        ({"threads": 0}, "threads: 0; allowed: a whole number above 0"),
+        (ARM, {"inputs": ["colour"]}, OptionError, "inputs: 'colour'; allowed: inertia, payload, gravity, friction"),
+        (ARM, {"dtype": "float16"}, OptionError, "dtype: 'float16'; allowed: float64, float32"),
+        (ARM, {"friction": "some"}, OptionError, "friction: 'some'; allowed: none, arm"),
+        (ARM, {"friction": "arm", "inputs": ["friction"]}, OptionError, "one of them"),
+        (ARM, {"rotors": "half"}, OptionError, "rotors: 'half'"),
+        *((ARM, {"threads": x}, OptionError, f"threads: {x}; allowed: a whole number above 0") for x in (0, True, 1.5)),
+        (ARM, {"friction": "arm"}, MissingDataError, "lwr4plus: friction not given"),
+        (
+            CURVED,
+            {"friction": "arm"},
+            OptionError,
+            "friction of joint_1: a Stribeck curve; allowed: in kernels Cou",
+        ),
     ],
 )
-def test_choices_that_do_not_exist_are_refused(options, message):
-    with pytest.raises(OptionError, match=message):
-        lwr_dyn.batch_dynamics(ARM, **options)
+def test_choices_that_do_not_exist_are_refused(arm, options, error, message):
+    with pytest.raises(error, match=message):
+        lwr_dyn.batch_dynamics(arm, **options)
 
 
-def test_inputs_must_be_given_and_no_others(family):
-    x, values = states(7, 3), own_values(ARM)
+def test_inputs_must_be_given_in_their_shape_and_no_others(family):
+    values, x = own_values(ARM), states(7, 3)
     with pytest.raises(OptionError, match="gravity: missing"):
         family.gravity_vector(x[0], inertia=values["inertia"], payload=values["payload"])
     with pytest.raises(OptionError, match="payload: given to gravity_vector; allowed: inputs of this family: none"):
         lwr_dyn.batch_dynamics(ARM).gravity_vector(x[0], payload=values["payload"])
-    values["inertia"] = np.zeros((7, 9))
     with pytest.raises(ShapeError, match=r"inertia: shape \(7, 9\); allowed: \(N, 7, 10\) or \(7, 10\)"):
-        family.inverse_dynamics(*x, **values)
+        family.inverse_dynamics(*x, **values | {"inertia": np.zeros((7, 9))})
     assert kernel_spec.parameter_shape("payload", 7) == (10,)

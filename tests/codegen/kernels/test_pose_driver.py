@@ -30,9 +30,7 @@ def searched(body, settings, T, q0=None, W=2):
     """The rows of poses; `body` (q, T, repair, start) -> next q and measures, by columns."""
     s, n, T = np.array(settings, dtype=float), int(settings[3]), np.reshape(T, (-1, 4, 4)).astype(float)
     out, b = np.full(len(T) * (n + TAIL), 77.0), np.full(buffer_size(n, W), 77.0)
-    places, functions = layout(n, W), driver(n, W)
-
-    left = iter(range(5000))
+    places, functions, left = layout(n, W), driver(n, W), iter(range(5000))
 
     def step(memory):
         next(left)  # a search that does not end fails
@@ -109,67 +107,56 @@ def test_late_starts_are_given_up_sooner():
     assert rows[:, -2].tolist() == [41.0] * 2
 
 
-def test_all_lanes_of_one_pose_share_its_starts_and_the_first_that_is_solved_wins():
+@pytest.mark.parametrize(("T", "steps"), [([EYE], 16), ([EYE, EYE], 3 * 15 + 1)])
+def test_all_lanes_of_one_pose_share_its_starts_and_the_first_that_is_solved_wins(T, steps):
     """Start 3 (of 6) is solved, and start 4; two lanes have the even and the odd ones."""
 
     def body(q, T, repair, start):
         return q, (np.where((q[0] == 3.0) | (q[0] == 4.0), 0.0, 1.0), 0.0, 1.0, 0.0)
 
-    starts = np.arange(6.0)[:, None]
-    for T, steps in (([EYE], 16), ([EYE, EYE], 3 * 15 + 1)):
-        rows = searched(body, settings(starts, 0.0, 9.0, turning=0.0), T)
-        assert rows.tolist() == [[3.0, FOUND, 0.0, 0.0, 1.0, 3.0, steps]] * len(T)
+    rows = searched(body, settings(np.arange(6.0)[:, None], 0.0, 9.0, turning=0.0), T)
+    assert rows.tolist() == [[3.0, FOUND, 0.0, 0.0, 1.0, 3.0, steps]] * len(T)
 
 
-def test_the_nearest_miss_is_kept():
+@pytest.mark.parametrize("poses", [1, 2])
+def test_the_nearest_miss_is_kept(poses):
     """Of starts that miss by 3, 1 and 2."""
-
-    def body(q, T, repair, start):
-        return q, (q[0], 0.0, 1.0, 0.0)
-
-    for T in ([EYE], [EYE, EYE]):
-        rows = searched(body, settings([[3.0], [1.0], [2.0]]), T)
-        assert rows[:, :5].tolist() == [[1.0, NOT_REACHED, 1.0, 0.0, 1.0]] * len(T)
+    rows = searched(lambda q, *_: (q, (q[0], 0.0, 1.0, 0.0)), settings([[3.0], [1.0], [2.0]]), [EYE] * poses)
+    assert rows[:, :5].tolist() == [[1.0, NOT_REACHED, 1.0, 0.0, 1.0]] * poses
 
 
 @pytest.mark.parametrize(
     ("q", "options", "found"),
     [
-        (7.0, {}, 7.0 - TURN),
-        (-3.2, {"lower": -4.0, "middle": 2.9}, -3.2),
-        (3.2, {"upper": 4.0, "middle": -2.9}, 3.2),
-        (7.0, {"upper": 8.0, "turns": 0.0}, 7.0),
-        (7.0, {"upper": 8.0, "turning": 0.0}, 7.0),
-        (3.0, {}, 3.0),
-        (-3.0, {}, -3.0),
-        (7.0, {"turns": 0.0}, None),
-        (7.0, {"turning": 0.0}, None),
-        (3.1, {}, None),
+        (7.0, {}, 7.0 - TURN), (3.0, {}, 3.0), (-3.0, {}, -3.0), (3.1, {}, None),
+        (-3.2, {"lower": -4.0, "middle": 2.9}, -3.2), (3.2, {"upper": 4.0, "middle": -2.9}, 3.2),
+        (7.0, {"upper": 8.0, "turns": 0.0}, 7.0), (7.0, {"upper": 8.0, "turning": 0.0}, 7.0),
+        (7.0, {"turns": 0.0}, None), (7.0, {"turning": 0.0}, None),
     ],
-)
+)  # fmt: skip
 def test_an_angle_is_moved_by_whole_turns_to_the_middle_and_into_the_limits(q, options, found):
     (row,) = searched(fixed(0.0), settings([[q]], **options), EYE)
     assert row[1] == (OUTSIDE if found is None else FOUND)
     assert row[0] == pytest.approx(q if found is None else found, abs=1e-15)
 
 
-def test_the_solution_is_near_to_a_position_that_is_given():
+@pytest.mark.parametrize(("q0", "near"), [(7.0, 7.0), (8.0, 8.0 - TURN)])
+def test_the_solution_is_near_to_a_position_that_is_given(q0, near):
     """One beyond the limits counts as at them."""
-    for q0, near in (([[7.0]], 7.0), ([[8.0]], 8.0 - TURN)):
-        (row,) = searched(fixed(0.0), settings(lower=-7.0, upper=7.5, middle=-6.0), EYE, q0)
-        assert row[0] == pytest.approx(near, abs=1e-15)
+    (row,) = searched(fixed(0.0), settings(lower=-7.0, upper=7.5, middle=-6.0), EYE, [[q0]])
+    assert row[0] == pytest.approx(near, abs=1e-15)
+
+
+PULLED, HELD = [0.0] + [1.0] * 20, [0.0] + [2.0] * 20
 
 
 @pytest.mark.parametrize(
     ("excess", "redundant", "starts", "log"),
     [
-        (0.5, 1.0, 1, [0.0] + [1.0] * 20),
-        (0.5, 0.0, 1, [0.0]),
-        (0.5e-4, 0.0, 1, [0.0] + [2.0] * 20),
-        (0.5e-4, 1.0, 1, [0.0] + [2.0] * 20),
-        (0.5, 1.0, 7, ([0.0] + [1.0] * 20) * 7 + [2.0] * 20),
+        (0.5, 1.0, 1, PULLED), (0.5, 0.0, 1, [0.0]), (0.5e-4, 0.0, 1, HELD), (0.5e-4, 1.0, 1, HELD),
+        (0.5, 1.0, 7, PULLED * 7 + HELD[1:]),
     ],
-)
+)  # fmt: skip
 def test_a_solution_outside_the_limits_is_pulled_then_held_at_them(excess, redundant, starts, log):
     """A step of 1 mm off in every repair; the row is that of the miss."""
     seen = []
@@ -201,45 +188,39 @@ def test_a_repair_that_holds_ends_at_the_limits():
 @pytest.mark.parametrize(
     ("measures", "code"),
     [
-        ((0.99e-9**2, 0.99e-9**2, 1.0, 0.0), FOUND),
-        ((1e-18, 0.0, 1.0, 0.0), NOT_REACHED),
-        ((0.0, 1e-18, 1.0, 0.0), NOT_REACHED),
-        ((0.0, 0.0, -1.0, 0.0), NOT_REACHED),
-        ((np.nan, 0.0, 1.0, 0.0), NOT_REACHED),
+        ((0.99e-9**2, 0.99e-9**2, 1.0), FOUND), ((1e-18, 0.0, 1.0), NOT_REACHED), ((0.0, 1e-18, 1.0), NOT_REACHED),
+        ((0.0, 0.0, -1.0), NOT_REACHED), ((np.nan, 0.0, 1.0), NOT_REACHED),
     ],
-)
+)  # fmt: skip
 def test_what_counts_as_reached(measures, code):
     (row,) = searched(fixed(*measures), settings(), EYE)
     assert row[1] == code
 
 
-def test_a_pull_is_done_when_no_joint_is_outside():
-    for outside, code in ((1.0, OUTSIDE), (0.0, FOUND)):
-        q = iter([3.5] + [1.0] * 30)
-        body = lambda *_, q=q, outside=outside: (next(q), (0.0, 0.0, 1.0, outside))  # noqa: E731
-        (row,) = searched(body, settings([[3.5]], redundant=1.0, turning=0.0), EYE)
-        assert row[1] == code
+@pytest.mark.parametrize(("outside", "code"), [(1.0, OUTSIDE), (0.0, FOUND)])
+def test_a_pull_is_done_when_no_joint_is_outside(outside, code):
+    q = iter([3.5] + [1.0] * 30)
+    given = settings([[3.5]], redundant=1.0, turning=0.0)
+    (row,) = searched(lambda *_: (next(q), (0.0, 0.0, 1.0, outside)), given, EYE)
+    assert row[1] == code
 
 
 SHEARED = EYE + 1.1e-6 * np.eye(4, k=1) * [[1], [1], [0], [0]]
 
 
+def scaled(*diagonal):
+    return np.diag([*diagonal, 1.0])
+
+
 @pytest.mark.parametrize(
     ("T", "is_one"),
     [
-        (EYE, True),
-        (np.diag([1.0, -1.0, -1.0, 1.0]), True),
-        (np.diag([-1.0, -1.0, -1.0, 1.0]), False),
-        (np.diag([1.0 + 0.4e-6, 1.0, 1.0, 1.0]), True),
-        (np.diag([1.0 + 0.6e-6, 1.0, 1.0, 1.0]), False),
-        (np.diag([1.0, 1.0, 1.0 - 0.6e-6, 1.0]), False),
-        (SHEARED, False),
-        (np.diag([1.0, 1.0, 1.0, 2.0]), False),
+        (EYE, True), (scaled(1, -1, -1), True), (scaled(-1, -1, -1), False), (scaled(1 + 0.4e-6, 1, 1), True),
+        (scaled(1 + 0.6e-6, 1, 1), False), (scaled(1, 1, 1 - 0.6e-6), False), (SHEARED, False),
+        (np.diag([1.0, 1.0, 1.0, 2.0]), False), (EYE[[1, 2, 0, 3]], True), (EYE[[1, 0, 2, 3]], False),
         *((EYE + np.eye(4)[3][:, None] * np.eye(4)[k] * 1e-9, False) for k in range(3)),
-        (EYE[[1, 2, 0, 3]], True),
-        (EYE[[1, 0, 2, 3]], False),
     ],
-)
+)  # fmt: skip
 def test_what_is_a_pose(T, is_one):
     padded = np.concatenate([[5.0], T.ravel()])
     assert driver()["is_pose"](padded, 1) == is_one

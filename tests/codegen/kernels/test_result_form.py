@@ -1,8 +1,8 @@
 """Where results of a batch lie: rows, padded rows, blocks of states; distinct values with the map to the matrix."""
 
 import gc
-import threading
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.kernels import result_form as module
 from lwr_dyn.codegen.kernels.batch import NotFiniteWarning
+from lwr_dyn.codegen.kernels.kernel import address as place
 from lwr_dyn.codegen.kernels.kernel_source import generate
 from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, kernel_spec
 from lwr_dyn.codegen.kernels.result_form import ALIGNMENT, LEAST, kept_bytes, matrix_entries, result_memory
@@ -60,29 +61,24 @@ def test_the_values_are_those_of_dense_rows(function, layout, structure):
 @pytest.mark.slow
 def test_padded_rows_begin_on_whole_vectors_and_every_matrix_is_whole():
     batch = batch_of("padded")
-    B = batch.mass_matrix(X[0])
-    assert B.shape == (COUNT, 7, 7)
-    assert B[3].flags.c_contiguous
-    vector = 8 * batch.kernel("mass_matrix").interface.lanes
-    assert B.strides[0] % vector == 0
-    assert B.__array_interface__["data"][0] % vector == 0
+    B, vector = batch.mass_matrix(X[0]), 8 * batch.kernel("mass_matrix").interface.lanes
+    assert (B.shape, B[3].flags.c_contiguous) == ((COUNT, 7, 7), True)
+    assert (B.strides[0] % vector, place(B) % vector) == (0, 0)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("layout", ["padded", "blocks"])
 def test_a_place_for_results_is_what_empty_gives(layout):
     batch = batch_of(layout)
-    place = batch.form("mass_matrix").empty(COUNT)
-    assert batch.mass_matrix(X[0], out=place) is place
-    assert np.array_equal(read(batch, "mass_matrix", place), DENSE.mass_matrix(X[0]))
-    with pytest.raises(ShapeError, match=r"out: .*; allowed: an array"):
-        batch.mass_matrix(X[0], out=np.empty((COUNT, 49)))
-    other = np.empty(place.shape) if layout == "padded" else np.empty(place.shape[::-1]).T
-    shifted = np.empty(place.nbytes * 2, dtype=np.uint8)[1:]
-    begin = -shifted.__array_interface__["data"][0] % 64 + 8
-    unaligned = np.lib.stride_tricks.as_strided(shifted[begin:][: 8 * 1].view(float), place.shape, place.strides)
-    for refused in (other, unaligned):
-        with pytest.raises(ShapeError, match="the batch's empty"):
+    given = batch.form("mass_matrix").empty(COUNT)
+    assert batch.mass_matrix(X[0], out=given) is given
+    assert np.array_equal(read(batch, "mass_matrix", given), DENSE.mass_matrix(X[0]))
+    other = np.empty(given.shape) if layout == "padded" else np.empty(given.shape[::-1]).T
+    shifted = np.empty(given.nbytes * 2, dtype=np.uint8)[1:]
+    begin = -place(shifted) % 64 + 8
+    unaligned = np.lib.stride_tricks.as_strided(shifted[begin:][: 8 * 1].view(float), given.shape, given.strides)
+    for refused, words in ((np.empty((COUNT, 49)), "allowed: an array"), (other, "empty"), (unaligned, "empty")):
+        with pytest.raises(ShapeError, match=f"out: .*{words}"):
             batch.mass_matrix(X[0], out=refused)
 
 
@@ -138,18 +134,25 @@ def test_threads_and_single_precision(threads):
         assert np.array_equal(*pair)
 
 
-@pytest.mark.slow
-def test_choices_that_do_not_exist():
-    with pytest.raises(OptionError, match="layout: 'columns'; allowed: rows, padded, blocks"):
-        batch_of("columns")
-    with pytest.raises(OptionError, match="structure: 'sparse'; allowed: dense, compact"):
-        batch_of("rows", "sparse")
-    with pytest.raises(OptionError, match="'compact' for inverse_dynamics_derivatives"):
-        batch_of("rows", "compact").inverse_dynamics_derivatives(*X)
-    with pytest.raises(OptionError, match="entries: of a dense batch"):
-        DENSE.entries("mass_matrix")
-    with pytest.raises(ShapeError, match=r"values: shape \(3, 5\)"):
-        batch_of("rows", "compact").entries("mass_matrix").dense(np.zeros((3, 5)))
+@pytest.mark.parametrize(
+    ("call", "error", "words"),
+    [
+        (lambda: batch_of("columns"), OptionError, "layout: 'columns'; allowed: rows, padded, blocks"),
+        (lambda: batch_of("rows", "sparse"), OptionError, "structure: 'sparse'; allowed: dense, compact"),
+        (
+            lambda: batch_of("rows", "compact").inverse_dynamics_derivatives(*X), OptionError,
+            "'compact' for inverse_dynamics_derivatives",
+        ),
+        (lambda: DENSE.entries("mass_matrix"), OptionError, "entries: of a dense batch"),
+        (
+            lambda: batch_of("rows", "compact").entries("mass_matrix").dense(np.zeros((3, 5))), ShapeError,
+            r"values: shape \(3, 5\)",
+        ),
+    ],
+)  # fmt: skip
+def test_choices_that_do_not_exist_are_refused(call, error, words):
+    with pytest.raises(error, match=words):
+        call()
 
 
 @pytest.mark.slow
@@ -170,16 +173,10 @@ def _nothing_kept():
     module._kept.clear()
 
 
-def place(array):
-    return array.__array_interface__["data"][0]
-
-
 def test_the_next_array_of_that_size_takes_the_memory():
     first = result_memory(SHAPE, "float64")
     at = place(first)
-    assert at % ALIGNMENT == 0
-    assert first.shape == SHAPE
-    assert first.flags.writeable
+    assert (at % ALIGNMENT, first.shape, first.flags.writeable) == (0, SHAPE, True)
     del first
     assert kept_bytes() == LEAST + ALIGNMENT
     assert place(result_memory((8, SHAPE[0]), "float64")) == at
@@ -211,28 +208,19 @@ def test_little_memory_and_too_much_are_not_kept(monkeypatch):
 
 
 def test_the_results_of_a_batch_and_of_the_engine_stay_what_they_were():
-    arm = lwr_dyn.load("lwr4plus")
-    q, batch, engine = states(7, 5000)[0], lwr_dyn.batch_dynamics(arm), lwr_dyn.dynamics_of(arm, "kernels")
+    q, engine = states(7, 5000)[0], lwr_dyn.dynamics_of(ARM, "kernels")
     first = engine.mass_matrix(q)
     copy = first.copy()
-    for values in (batch.mass_matrix(-q), engine.mass_matrix(2.0 * q), batch.mass_matrix(3.0 * q)):
+    for values in (DENSE.mass_matrix(-q), engine.mass_matrix(2.0 * q), DENSE.mass_matrix(3.0 * q)):
         assert place(values) != place(first)
     assert np.array_equal(first, copy)
 
 
 def test_threads_never_share_a_memory():
-    wrong = []
+    def is_mine(number):
+        array = result_memory(SHAPE, "float64")
+        array[::64] = number
+        return (array[::64] == number).all()
 
-    def work(number):
-        for _ in range(50):
-            array = result_memory(SHAPE, "float64")
-            array[::64] = number
-            if not (array[::64] == number).all():
-                wrong.append(number)
-
-    threads = [threading.Thread(target=work, args=(float(i),)) for i in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert not wrong
+    with ThreadPoolExecutor(4) as pool:
+        assert all(pool.map(is_mine, np.arange(200.0)))

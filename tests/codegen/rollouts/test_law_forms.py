@@ -1,53 +1,37 @@
-"""`law_form`: the right form by the controller, and clear refusals of what has none, or acts differently."""
+"""`law_form`: the right form by the controller, torque after torque as the controller and as its equations say; clear
+refusals of what has none, or acts differently."""
 
-from types import SimpleNamespace
-
-import casadi
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.rollouts import law_forms, passivity_law_forms
-from lwr_dyn.codegen.rollouts.law_forms import (
-    CLOSE,
-    INVERSE_DYNAMICS,
-    LAW_FORMS,
-    PID_LAW,
-    FrictionForm,
-    NoKernelFormError,
-    form_function,
-    law_form,
-    states_of,
-)
+from lwr_dyn.codegen.rollouts import law_forms
 from lwr_dyn.codegen.rollouts.loop_setup import ABOVE_ZERO, NOT_NEGATIVE, RULES, check_gains
 from lwr_dyn.codegen.rollouts.passivity_law_forms import AdaptiveForm
-from lwr_dyn.codegen.rollouts.symbolic_arm import SymbolicModel
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
-from lwr_dyn.control.laws.adaptive import SlotineLiRegressor
 from lwr_dyn.control.laws.friction_compensation import FrictionCompensation
-from lwr_dyn.control.paper_laws import PID
+from lwr_dyn.control.laws.motor_side import MotorSidePD
+from lwr_dyn.control.paper_laws import PID, InverseDynamics, PDGravity
 from lwr_dyn.foundation.errors import LwrDynError, OptionError
 from lwr_dyn.model.arm import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.chain import first_links
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
-from tests.codegen.rollouts.beside import ARM, WHOLE, check_beside, made
-from tests.random_arms import random_arm
-from tests.slips import uncaught
+from tests.codegen.rollouts.beside import ARM, INERTIA, MODEL, OTHER, STATES, WHOLE, check_beside, made, other_values
 
 SMALL_WAM = ARM.with_chain(first_links(lwr_dyn.load("wam7").chain, 4))
 
 
-@pytest.mark.parametrize("name", LAW_FORMS.names)
+@pytest.mark.parametrize("name", law_forms.LAW_FORMS.names)
 def test_every_form_is_found_by_its_controller(name):
-    form = law_form(made(name), ARM)
+    form = law_forms.law_form(made(name), ARM)
     assert form.name == name
-    assert type(form.law) is LAW_FORMS.load(name).takes
+    assert type(form.law) is law_forms.LAW_FORMS.load(name).takes
 
 
 def test_wrappers_are_taken_off_one_by_one():
     law = made("pid+friction-measured")
-    form = law_form(law, ARM)
+    form = law_forms.law_form(law, ARM)
     assert form.name == "pid+friction-measured"
     assert form.inner.name == "pid"
     assert law.inner.integral.tolist() == [0.0] * ARM.n  # the check leaves no memory behind
@@ -96,59 +80,59 @@ REFUSED = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_has_no_form_or_acts_differently_is_refused(case):
     make, words = REFUSED[case]
-    with pytest.raises(NoKernelFormError, match=words):
-        law_form(make(), ARM)
+    with pytest.raises(law_forms.NoKernelFormError, match=words):
+        law_forms.law_form(make(), ARM)
 
 
 def test_every_controller_by_name_has_a_form_or_is_named_here():
-    assert set(CONTROLLERS.rows) - set(LAW_FORMS.rows) == {"joint-impedance", "cartesian-impedance", "hand-guiding"}
+    assert set(CONTROLLERS.rows) - set(law_forms.LAW_FORMS.rows) == {
+        "joint-impedance",
+        "cartesian-impedance",
+        "hand-guiding",
+    }
 
 
-def is_refused(module, form, law):
-    """Whether the check refuses a controller; a `Failed` of pytest is no `Exception`."""
-    try:
-        module.check_form(form, law, ARM)
-    except NoKernelFormError:
-        return True
-    return False
-
-
-def check_check(module):
-    """It passes the law itself, sees a hundred-millionth of a gain, thousandths of what moves the memory, and NaN."""
-    law = made("pid")
-    form = LAW_FORMS.load("pid").of(law, ARM)
-    step, values, states = form_function(form, ARM), form.values(), states_of(ARM)
+def test_the_check_sees_a_hundred_millionth_of_a_gain_thousandths_of_what_moves_the_memory_and_nan():
+    law, form = made("pid"), law_forms.LAW_FORMS.load("pid").of(made("pid"), ARM)
+    step, values, states = law_forms.form_function(form, ARM), form.values(), law_forms.states_of(ARM)
 
     def share(**given):
-        return module.differences(step, {**values, **given}, form.start(), law, states)[1]
+        return law_forms.differences(step, {**values, **given}, form.start(), law, states)[1]
 
+    law(0.0, *states[2, 0])  # a memory that is left over is reset
     assert share() < 1e-13
     for name in ("Kp", "Kd", "Ki", "tracking_time"):
-        assert share(**{name: values[name] * (1 + 1e-3)}) > CLOSE, name
-        assert share(**{name: np.full(4, np.nan)}) == np.inf
-    module.check_form(form, law, ARM)
-    assert is_refused(module, form, made("pid", omega_n=50.0 * (1 + 1e-8)))
-    states = module.states_of(ARM)
+        assert share(**{name: values[name] * (1 + 1e-3)}) > law_forms.CLOSE, name
+        assert law_forms.differences(step, {**values, name: np.full(4, np.nan)}, form.start(), law, states) == (
+            np.inf,
+            np.inf,
+        )
+    law_forms.check_form(form, law, ARM)
+    with pytest.raises(law_forms.NoKernelFormError):
+        law_forms.check_form(form, made("pid", omega_n=50.0 * (1 + 1e-8)), ARM)
+
+
+@pytest.mark.parametrize(("size", "share"), [(1.0, 0.02), (0.01, 0.2)])
+def test_differences_count_as_shares_of_the_largest_torque_of_their_sample_from_1_on(size, share):
+    """Torques of 10, 20 and 30 times the size; the form is off by 0.1 in one sequence and by 0.2 in the other."""
+    sequences = np.zeros((2, 3, 5, 2))
+    sequences[:, :, 0] = size * np.outer([1.0, 2.0, 3.0], [10.0, 1.0])
+    sequences[1, :, 1] = 0.1  # dq
+
+    def step(q, dq, *others):
+        return q + np.array([0.0, 0.1]) + dq * [0.0, 1.0], others[3]
+
+    found = law_forms.differences(step, {}, np.zeros(0), lambda t, q, *_: q, sequences)
+    np.testing.assert_allclose(found, (0.2, share), rtol=1e-12)
+
+
+def test_the_check_looks_at_small_and_large_errors_within_the_joint_box():
+    states = law_forms.states_of(ARM)
     assert states.shape == (3, 4, 5, 4)
     assert (states[..., 2, :] > ARM.lower).all()
     assert (states[..., 2, :] < ARM.upper).all()
-    errors = np.abs(states[..., 0, :] - states[..., 2, :]).max(axis=(1, 2))
-    np.testing.assert_allclose(errors, [1e-4, 1e-2, 1], rtol=0.2)
-
-
-SLIPS = [
-    ("tau, memory = step(", "tau, _ = step("),
-    ("if not isfinite(apart / size)", "if False"),
-    ("if not share <= CLOSE", "if not share <= 1.0"),
-    ("max(share, apart / size)", "min(share, apart / size)"),
-    ("(r + error * rng", "(r + 0 * rng"),
-    ("(0.5 + 0.4 * q_ref)", "(0.5 + 0.8 * q_ref)"),
-    ("        reset(controller)\n        memory = start", "        memory = start"),
-]
-
-
-def test_planted_slips_in_the_check_are_caught():
-    assert not uncaught("lwr_dyn.codegen.rollouts.law_forms", SLIPS, check_check)
+    errors = np.abs(states[..., :2, :] - states[..., 2:4, :]).max(axis=(1, 3))
+    np.testing.assert_allclose(errors, np.outer([1e-4, 1e-2, 1], [1, 1]), rtol=0.2)
 
 
 BAD = {
@@ -177,10 +161,13 @@ def test_friction_of_a_law_has_no_negative_coulomb_level():
 
 def test_every_gain_of_every_form_has_a_rule_or_none_is_needed():
     names = set()
-    for name in LAW_FORMS.names:
+    for name in law_forms.LAW_FORMS.names:
         law = made(name, adapt_friction=True) if name == "adaptive" else made(name)
-        form = LAW_FORMS.load(name).of(law, ARM)
-        names |= form.parameters.keys() | FrictionForm(FrictionCompensation(law, ARM.friction), form).parameters.keys()
+        form = law_forms.LAW_FORMS.load(name).of(law, ARM)
+        names |= (
+            form.parameters.keys()
+            | law_forms.FrictionForm(FrictionCompensation(law, ARM.friction), form).parameters.keys()
+        )
     assert names - RULES.keys() == {"scale", "middle_load", "friction_start"}
     assert RULES.keys() <= names
 
@@ -191,107 +178,127 @@ def test_rollouts_refuse_such_gains():
         lwr_dyn.rollouts(ARM, made("pd-gravity"), move, parameters={"Kp": [[900.0], [-1.0]]})
 
 
+STEP, B = 1e-3, np.array(INERTIA[: ARM.n])
+GAINS = 900.0 * B, 60.0 * B
+SAME = 1e-12
+"""Of the largest torque: a form and its equations written out, on the same model."""
+
+
+def check_law(form, law, equations, *cases, knows_arm=True, **given):
+    """The form is the controller, and its torque and memory are those of the equations, of its values and of others."""
+    check_beside(form, law, *cases, knows_arm=knows_arm)
+    step = law_forms.form_function(form, ARM)
+    for values in (form.values(), other_values(form, **given)):
+        memory = np.linspace(-3.0, 3.0, form.memory)
+        for state in STATES.reshape(-1, 5, ARM.n):
+            for found, expected in zip(
+                step(*state, memory, values, STEP), equations(values, memory, *state), strict=True
+            ):
+                np.testing.assert_allclose(
+                    found, expected, rtol=0, atol=SAME * max(1.0, np.abs(expected).max(initial=0.0))
+                )
+
+
+def weight(q):
+    return MODEL.gravity_vector(q)
+
+
+@pytest.mark.parametrize("damped", [False, True])
+def test_pd_with_gravity(damped):
+    def equations(v, memory, q, dq, q_ref, dq_ref, ddq_ref):
+        return weight(q) + v["Kp"] * (q_ref - q) - v["Kd"] * (dq - dq_ref if damped else dq), memory
+
+    law = PDGravity(MODEL, *GAINS, damped)
+    form = law_forms.PD_GRAVITY.of(law, ARM)
+    check_law(form, law, equations)
+    assert form.digest == f"pd-gravity velocity_error={damped}"
+
+
+def test_another_arms_pd_keeps_its_label_and_carries_that_arm():
+    own = PDGravity(MODEL, 900.0, 40.0, gains="of the file")
+    again = law_forms.PD_GRAVITY.of(own, ARM).controller(OTHER, {"Kp": own.Kp, "Kd": own.Kd})
+    q = np.full((1, ARM.n), 0.3)
+    carried = lwr_dyn.dynamics_of(OTHER).gravity_vector(q)
+    assert again.label == own.label
+    np.testing.assert_array_equal(again.linear_feedback(q).gravity.gravity_vector(q), carried)
+
+
+@pytest.mark.parametrize(("damped", "carried"), [(False, True), (True, True), (False, False)])
+def test_pid_draws_its_integral_back_where_torques_are_cut(damped, carried):
+    def equations(v, memory, q, dq, q_ref, dq_ref, ddq_ref):
+        tau = v["Kp"] * (q_ref - q) + memory - v["Kd"] * (dq - dq_ref if damped else dq)
+        tau = tau + weight(q) if carried else tau
+        over = tau - np.clip(tau, -v["law_effort"], v["law_effort"])
+        return tau, memory + STEP * (v["Ki"] * (q_ref - q) - over / v["tracking_time"])
+
+    limits = np.linspace(200.0, 10.0, ARM.n)  # some samples exceed them
+    law = PID(*GAINS, ARM.effort, dynamics=MODEL if carried else None, velocity_error=damped)
+    form = law_forms.PID_LAW.of(law, ARM)
+    cases = {"law_effort": limits}, {"law_effort": limits, "Ki": 1e6}
+    check_law(form, law, equations, *cases, knows_arm=carried, law_effort=limits)
+    assert form.digest == f"pid velocity_error={damped} gravity={carried}"
+
+
+def test_a_form_of_a_pid_has_an_integral_of_its_own():
+    law = made.__wrapped__("pid")
+    for t in (0.0, 0.1, 0.2):
+        law(t, np.full(ARM.n, 0.1), *np.zeros((4, ARM.n)))
+    kept, form = law.integral.copy(), law_forms.PID_LAW.of(law, ARM)
+    assert kept.any()
+    assert not form.controller(ARM, form.values()).integral.any()
+    assert (law.integral == kept).all()
+
+
+@pytest.mark.parametrize(("forward", "carried"), [(True, True), (False, True), (True, False), (False, False)])
+def test_inverse_dynamics(forward, carried):
+    def equations(v, memory, q, dq, q_ref, dq_ref, ddq_ref):
+        y = v["Kp"] * (q_ref - q) + v["Kd"] * (dq_ref - dq) + forward * ddq_ref
+        return MODEL.inverse_dynamics(q, dq, y) - (0.0 if carried else weight(q)), memory
+
+    law = InverseDynamics(MODEL, 900.0, 60.0, forward, carried)
+    form = law_forms.INVERSE_DYNAMICS.of(law, ARM)
+    check_law(form, law, equations)
+    assert form.digest == f"inverse-dynamics feedforward={forward} gravity={carried}"
+
+
+@pytest.mark.parametrize(("forward", "lighter"), [(True, 1.0), (False, 1.0), (True, 4.0)])
+def test_motor_side_pd_as_it_acts_on_rigid_joints(forward, lighter):
+    """No spring, no torque feedback."""
+
+    def equations(v, memory, q, dq, q_ref, dq_ref, ddq_ref):
+        carried = MODEL.inverse_dynamics(q_ref, dq_ref, ddq_ref) if forward else weight(q_ref)
+        return carried + v["Kp"] * (q_ref - q) + v["Kd"] * (dq_ref - dq), memory
+
+    law = MotorSidePD(MODEL, *GAINS, 1e4, ARM.armature, forward, lighter)
+    form = law_forms.MOTOR_PD.of(law, ARM)
+    check_law(form, law, equations)
+    assert form.digest == f"motor-pd feedforward={forward}"
+
+
 FRICTION = tuple(JointFriction(Direction(2.0 + i, 0.5), Direction(1.0, 0.2 + i), 0.3 * i) for i in range(ARM.n))
 
 
-def check_law(module):
-    for measured in (False, True):
-        for name, kind in (("inverse-dynamics", INVERSE_DYNAMICS), ("pid", PID_LAW)):
-            inner = made(name)
-            law = FrictionCompensation(inner, FRICTION, 0.5, measured)  # so wide that the speeds show its shape
-            form = module.FrictionForm(law, kind.of(inner, ARM))
-            check_beside(form, law, {"law_effort": 50.0})
-    adaptive = made("adaptive")
-    wrapped = module.FrictionForm(FrictionCompensation(adaptive, FRICTION), AdaptiveForm.of(adaptive, ARM))
-    assert wrapped.signals(np.zeros((3, 10))).keys() == {"adapted_payload"}
+@pytest.mark.parametrize("measured", [False, True])
+@pytest.mark.parametrize(
+    ("name", "kind"), [("inverse-dynamics", law_forms.INVERSE_DYNAMICS), ("pid", law_forms.PID_LAW)]
+)
+def test_friction_around_a_law(name, kind, measured):
+    inner = made(name)
+    law = FrictionCompensation(inner, FRICTION, 0.5, measured)  # so wide that the speeds show its shape
+    form = law_forms.FrictionForm(law, kind.of(inner, ARM))
+    check_beside(form, law, {"law_effort": 50.0})
+    assert form.digest == f"{form.inner.digest} + {'friction-measured' if measured else 'friction'}"
     assert not hasattr(form, "signals")
-    assert form.digest != module.FrictionForm(replace_measured(law), form.inner).digest
 
 
-def replace_measured(law):
-    """The same on the speed of the reference."""
-    return FrictionCompensation(law.inner, law.models, law.width)
-
-
-FRICTION_SLIPS = [
-    ("x.dq if self.law.measured else x.dq_ref", "x.dq"),
-    ("x.dq if self.law.measured else x.dq_ref", "x.dq_ref if self.law.measured else x.dq"),
-    ("return tau + friction_column", "return tau - friction_column"),
-    ('x.parameters["law_friction_width"]), memory', '2 * x.parameters["law_friction_width"]), memory'),
-    ('x.parameters["law_friction_width"]), memory', 'x.parameters["law_friction_width"]), 2 * memory'),
-    ('"law_friction_width": np.array(self.law.width)', '"law_friction_width": np.array(1e-3)'),
-    ('float(values["law_friction_width"]), self.law.measured', 'float(values["law_friction_width"])'),
-    ("return self.inner.start()", "return self.inner.start()[:3]"),
-    ('f"{self.inner.digest} + {self.law.word}"', "self.inner.digest"),
-]
-
-
-@pytest.mark.slow
-def test_planted_slips_are_caught():
-    assert not uncaught(law_forms.__name__, FRICTION_SLIPS, check_law)
+def test_friction_around_a_law_has_its_signals():
+    adaptive = made("adaptive")
+    wrapped = law_forms.FrictionForm(FrictionCompensation(adaptive, FRICTION), AdaptiveForm.of(adaptive, ARM))
+    assert wrapped.signals(np.zeros((3, 10))).keys() == {"adapted_payload"}
 
 
 def test_a_stribeck_curve_is_refused():
     falling = JointFriction(*(Direction(1.0, 0.1, 2.0, 0.05),) * 2)
-    inner = made("inverse-dynamics")
+    law = FrictionCompensation(made("inverse-dynamics"), (*FRICTION[:2], falling, *FRICTION[3:]))
     with pytest.raises(OptionError, match="friction of joint 3: a Stribeck curve; allowed: in kernels Coulomb"):
-        law_forms.FrictionForm(
-            FrictionCompensation(inner, (*FRICTION[:2], falling, *FRICTION[3:])), INVERSE_DYNAMICS.of(inner, ARM)
-        )
-
-
-RNG = np.random.default_rng(1)
-
-
-def check(module):
-    for arm in (ARM, random_arm(8, "PRRP")):
-        regressor, n = SlotineLiRegressor(arm), arm.n
-        W = RNG.normal(size=(10 * n, 3))
-        unit = np.eye(10 * n)[:, -10:]
-        load, combined = module.AddedBodies.load(arm.chain), module.AddedBodies.combined(arm.chain, W)
-        for added, basis in ((load, unit), (combined, W)):
-            state = RNG.uniform(-2.0, 2.0, (4, n))
-            theta = RNG.normal(size=basis.shape[1])
-            symbols = [casadi.SX.sym(name, n) for name in ("q", "dq", "dq_r", "ddq_r")]
-            values = casadi.SX.sym("theta", theta.size)
-            q, dq, dq_r, ddq_r = symbols
-            at, model = module.Sliding(q, dq, dq_r, dq - dq_r, ddq_r), SymbolicModel.of(arm.chain)
-            out = [added.torque(model, at, values), added.power(model, at)]
-            tau, power = (np.array(x).ravel() for x in casadi.Function("f", [*symbols, values], out)(*state, theta))
-            Y = regressor(*state)
-            expected = Y @ (regressor.parameters + basis @ theta) + regressor.armature * state[3]
-            np.testing.assert_allclose(tau, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
-            np.testing.assert_allclose(power, (Y @ basis).T @ (state[1] - state[2]), rtol=1e-9, atol=1e-9)
-    check_sliding(module)
-
-
-def check_sliding(module):
-    q, dq, q_ref, dq_ref, ddq_ref = RNG.normal(size=(5, 3))
-    x = SimpleNamespace(q=q, dq=dq, q_ref=q_ref, dq_ref=dq_ref, ddq_ref=ddq_ref)
-    at = module.Sliding.of(x, 7.0)
-    dq_r = dq_ref + 7.0 * (q_ref - q)
-    ddq_r = ddq_ref + 7.0 * (dq_ref - dq)
-    np.testing.assert_allclose(at.dq_r, dq_r)
-    np.testing.assert_allclose(at.s, dq - dq_r)
-    np.testing.assert_allclose(at.a, ddq_r - 7.0 * (dq - dq_r))
-    np.testing.assert_array_equal([at.q, at.dq], [q, dq])
-
-
-TWO_VELOCITIES_SLIPS = [
-    ("half - at.dq_r, None, gravity=False", "half - at.dq_r, None, gravity=True"),
-    ("half - at.dq_r, None", "half, None"),
-    ("0.5 * (at.dq + at.dq_r)", "0.5 * (at.dq - at.dq_r)"),
-    ("at.q, half, at.a) - model", "at.q, half, at.a) + model"),
-    ("*sliding(omega_n, x.q, x.dq, x.q_ref", "*sliding(omega_n, x.q_ref, x.dq, x.q"),
-    ("*sliding(omega_n, x.q", "*sliding(-omega_n, x.q"),
-    ("axis_frames(chain)[-1].link.position - chain.links[-1].after.position", "np.zeros(3)"),
-    ("to_parent(link.after.inverse())", "to_parent(link.after)"),
-    ("[add(a, b) for a, b in zip(*pair", "[a for a, b in zip(*pair"),
-    ("casadi.mtimes(self._constants.T, slope)", "-casadi.mtimes(self._constants.T, slope)"),
-    ("placed_bodies(self.n, self.places, ", "placed_bodies(self.n, self.places // 10 * 10 + (self.places + 1) % 10, "),
-]
-
-
-@pytest.mark.slow
-def test_planted_slips_of_two_velocities_are_caught():
-    assert not uncaught(passivity_law_forms.__name__, TWO_VELOCITIES_SLIPS, check)
+        law_forms.law_form(law, ARM)

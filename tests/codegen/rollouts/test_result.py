@@ -8,15 +8,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen.kernels.elementary import sincos
+from lwr_dyn.codegen.rollouts import result
 from lwr_dyn.codegen.rollouts.kernel import Computed
-from lwr_dyn.codegen.rollouts.result import (
-    FLAGS,
-    Rollouts,
-    checked_quantiles,
-    figures_of,
-    metrics_of_computed,
-    settle,
-)
 from lwr_dyn.codegen.rollouts.step import FIGURES, Slots
 from lwr_dyn.foundation.errors import DivergenceError, OptionError
 from lwr_dyn.kinematics.forward import flange_pose
@@ -48,7 +41,7 @@ GOOD = {
 
 
 def test_metrics_are_roots_of_means_and_largest_values():
-    metrics, flags = metrics_of_computed(SETUP, SLOTS, computed({}, {"violation": 4.0}), (0.5, 0.9))
+    metrics, flags = result.metrics_of_computed(SETUP, SLOTS, computed({}, {"violation": 4.0}), (0.5, 0.9))
     assert flags == ["", ""]
     assert {name: values[0].tolist() for name, values in metrics.items()} == {
         "tip_rms": 3.0, "tip_max": 5.0, "tip_final": 4.0, "position_rms": [1.0, 2.0], "position_max": [0.5, 0.6],
@@ -67,30 +60,32 @@ FARTHEST = (sincos("float64").most_half_turns - 1) * np.pi
 @pytest.mark.parametrize(
     ("change", "flag"),
     [
-        ({"margin": [0.1, 0.0]}, "stop"),
-        ({"margin": [0.1, 1e-300]}, ""),
-        ({"trouble": np.nan}, "not finite"),
-        ({"speed_worst": [20.1, 0.0]}, "out of range"),
-        ({"speed_worst": [19.9, 0.0]}, ""),
+        ({"margin": [0.1, 0.0]}, "stop"), ({"margin": [0.1, 1e-300]}, ""), ({"trouble": np.nan}, "not finite"),
+        ({"speed_worst": [20.1, 0.0]}, "out of range"), ({"speed_worst": [19.9, 0.0]}, ""),
         ({"margin": [-1.0, 1.0], "trouble": np.nan}, "stop"),
-        ({"angle_worst": 1.001 * FARTHEST**2}, "out of range"),
-        ({"angle_worst": 0.999 * FARTHEST**2}, ""),
+        ({"angle_worst": 1.001 * FARTHEST**2}, "out of range"), ({"angle_worst": 0.999 * FARTHEST**2}, ""),
         ({"trouble": np.nan, "speed_worst": [1e9, 0.0]}, "not finite"),
     ],
-)
+)  # fmt: skip
 def test_a_flag_says_what_ended_a_run(change, flag):
     """0.2 rad a step of RK4, two of them in 20 ms."""
-    assert metrics_of_computed(SETUP, SLOTS, computed(change, {}), ())[1] == [flag, ""]
-    assert flag in FLAGS
+    assert result.metrics_of_computed(SETUP, SLOTS, computed(change, {}), ())[1] == [flag, ""]
+    assert flag in result.FLAGS
 
 
-def test_speed_counts_by_samples_where_steps_are_many_and_stops_only_where_they_are_on():
+@pytest.mark.parametrize(
+    ("change", "flag"),
+    [
+        ({"margin": [-1.0, 0.0]}, ""),
+        ({"speed_worst": [0.999 * TURN * 50.0, 0.0]}, ""),
+        ({"speed_worst": [1.001 * TURN * 50.0, 0.0]}, "out of range"),
+    ],
+)
+def test_speed_counts_by_samples_where_steps_are_many_and_stops_only_where_they_are_on(change, flag):
     """A tenth of a turn a sample would be seen in the angles."""
     loop = SimpleNamespace(rate=50.0, substeps=99, position_limits=False)
     free = SimpleNamespace(**{**vars(SETUP), "loop": loop})
-    assert metrics_of_computed(free, SLOTS, computed({"margin": [-1.0, 0.0]}), ())[1] == [""]
-    for share, flag in ((0.999, ""), (1.001, "out of range")):
-        assert metrics_of_computed(free, SLOTS, computed({"speed_worst": [share * TURN * 50.0, 0.0]}), ())[1] == [flag]
+    assert result.metrics_of_computed(free, SLOTS, computed(change), ())[1] == [flag]
 
 
 def test_figures_of_a_run_are_those_of_its_rows():
@@ -104,7 +99,7 @@ def test_figures_of_a_run_are_those_of_its_rows():
     )  # fmt: skip
     tips = [flange_pose(arm.chain, x)[:, :3, 3] for x in (run.q, run.q_ref)]
     away = np.sqrt(((tips[0] - tips[1]) ** 2).sum(axis=1))
-    found = figures_of(run, arm, away[1] * 0.999, (0.5,))
+    found = result.figures_of(run, arm, away[1] * 0.999, (0.5,))
     joints = {
         "position_rms": np.sqrt(0.1 / 3.0), "position_max": 0.3, "peak_torque": 3.0, "peak_speed": 0.6,
         "torque_rms": 10.0 * np.sqrt(0.1 / 3.0), "saturated_s": 0.1, "peak_command": 3.0 * arm.effort,
@@ -114,24 +109,15 @@ def test_figures_of_a_run_are_those_of_its_rows():
         "tip_rms": np.sqrt((away**2).mean()), "tip_max": away.max(), "tip_final": away[2], "first_violation": 0.1,
         "tip_q50": np.median(away),
     }  # fmt: skip
-    assert found.keys() == joints.keys() | single.keys()
-    for name, value in joints.items():
-        assert found[name] == pytest.approx(np.broadcast_to(value, 7), rel=1e-14), name
-    for name, value in single.items():
+    expected = {name: np.broadcast_to(value, 7) for name, value in joints.items()} | single
+    assert found.keys() == expected.keys()
+    for name, value in expected.items():
         assert found[name] == pytest.approx(value, rel=1e-14), name
-    assert figures_of(run, arm)["first_violation"] == np.inf
-    assert figures_of(run, arm, away[1])["first_violation"] == 0.4
+    assert [result.figures_of(run, arm, x)["first_violation"] for x in (None, away[1])] == [np.inf, 0.4]
 
 
-def settled(again, record):
-    metrics = {"a": np.arange(4.0), "b": np.arange(8.0).reshape(4, 2)}
-    found = settle(
-        ["", "stop", "not finite", ""], metrics, record, 2, again, lambda run, i: {"a": 10.0 * i, "b": run.q[0]}
-    )
-    return found.tolist(), metrics
-
-
-def test_runs_with_a_flag_are_made_again_and_the_others_stay():
+@pytest.mark.parametrize("hand_over", [True, False])
+def test_runs_with_a_flag_are_made_again_and_the_others_stay(hand_over):
     run = SimpleNamespace(q=np.full((3, 2), 5.0), dq=np.full((3, 2), 6.0), tau_applied=np.full((3, 2), 7.0))
     run.q[1] = 99.0
 
@@ -140,32 +126,34 @@ def test_runs_with_a_flag_are_made_again_and_the_others_stay():
             raise DivergenceError(0.0, "a joint", "much", "less")
         return run
 
-    record = np.zeros((4, 2, 6))
-    simulated, metrics = settled(again, record)
-    assert simulated == [False, True, True, False]
-    np.testing.assert_array_equal(metrics["a"], [0.0, 10.0, np.nan, 3.0])
-    np.testing.assert_array_equal(metrics["b"], [[0.0, 1.0], [5.0, 5.0], [np.nan, np.nan], [6.0, 7.0]])
-    np.testing.assert_array_equal(record[1], [[5.0, 5.0, 6.0, 6.0, 7.0, 7.0]] * 2)
-    assert np.isnan(record[2]).all()
-    assert (record[[0, 3]] == 0.0).all()
-    simulated, metrics = settled(None, None)
-    assert simulated == [False] * 4
-    assert np.isnan(metrics["a"][1:3]).all()
+    record, metrics = np.zeros((4, 2, 6)), {"a": np.arange(4.0), "b": np.arange(8.0).reshape(4, 2)}
+    given = (record, 2, again) if hand_over else (None, 2, None)
+    simulated = result.settle(
+        ["", "stop", "not finite", ""], metrics, *given, lambda run, i: {"a": 10.0 * i, "b": run.q[0]}
+    )
+    nan, made = [np.nan] * 2, hand_over
+    assert simulated.tolist() == [False, made, made, False]
+    np.testing.assert_array_equal(metrics["a"], [0.0, 10.0 if made else np.nan, np.nan, 3.0])
+    np.testing.assert_array_equal(metrics["b"], [[0.0, 1.0], [5.0, 5.0] if made else nan, nan, [6.0, 7.0]])
+    if made:
+        expected = np.zeros((4, 2, 6))
+        expected[1], expected[2] = [5.0, 5.0, 6.0, 6.0, 7.0, 7.0], np.nan
+        np.testing.assert_array_equal(record, expected)
 
 
 def test_a_run_is_counted_from_either_end_and_shown():
-    done = Rollouts({"a": 0}, ("", "stop", "stop"), np.array([False, True, False]), again=lambda i: i)
+    done = result.Rollouts({"a": 0}, ("", "stop", "stop"), np.array([False, True, False]), again=lambda i: i)
     assert [done.run(i) for i in (0, 2, -1, -3, np.int64(1))] == [0, 2, 2, 0, 1]
-    for i in (3, -4, 1.0, True):
+    for i in (3, -4, 1.0, True, "a", None):
         with pytest.raises(OptionError, match=r"allowed: 0 to 2"):
             done.run(i)
     assert repr(done) == "Rollouts(3 runs, flags: 2 stop, 1 of them by simulate, 1 metrics)"
     with pytest.raises(OptionError):
-        Rollouts({}, ("",), np.array([False])).run(0)
+        result.Rollouts({}, ("",), np.array([False])).run(0)
 
 
 def test_quantiles_are_shares_between_0_and_1():
-    assert checked_quantiles([0.5, np.float64(0.9)]) == (0.5, 0.9)
+    assert result.checked_quantiles([0.5, np.float64(0.9)]) == (0.5, 0.9)
     for wrong in (0.5, [0.0], [1.0], ["a"]):
         with pytest.raises(OptionError, match="quantiles"):
-            checked_quantiles(wrong)
+            result.checked_quantiles(wrong)

@@ -1,15 +1,25 @@
 """Substeps of smooth friction: chosen so that the error that they leave is small, against much smaller steps."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.codegen.rollouts import substeps
+from lwr_dyn.codegen.rollouts.law_forms import INVERSE_DYNAMICS
+from lwr_dyn.codegen.rollouts.loop_setup import kept_values, loop_setup
 from lwr_dyn.codegen.rollouts.substeps import ENOUGH, MOST, Steps, enough_steps, evenly, steps
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.model.friction import symmetric
+from lwr_dyn.simulation.plant import Encoder
+from lwr_dyn.simulation.setup import Loop
 
 ARM = lwr_dyn.load("lwr4plus")
 LAW = lwr_dyn.controller("inverse-dynamics", ARM)
 IST = lwr_dyn.reference("ist-clear", ARM)
+RUBBING = replace(ARM, friction=(symmetric(0.5, 0.1),) * 7)
 TABLE = np.array([5.0, 1.0, 5.0, 1.0, 0.0])[:, None] * np.ones(7)
 
 
@@ -36,6 +46,35 @@ def test_substeps_that_are_given_or_without_friction_are_not_chosen():
         assert done.setup["step_error"] is None
         assert done.setup["substeps"] == options.get("substeps", 1)
         assert "step error" not in repr(done)
+
+
+def test_an_estimate_looks_at_runs_over_all_with_true_readings(monkeypatch):
+    """By a kernel that notes its tasks, and whose positions are off by 1e-4 / substeps^4."""
+    tasks = []
+
+    def kernel(plan):
+        def run(task):
+            tasks.append((plan, task))
+            return SimpleNamespace(record=np.full((task.runs, 3, 21), 1e-4 / plan.substeps**4))
+
+        return SimpleNamespace(slots=plan.slots, run=run)
+
+    monkeypatch.setattr(substeps, "rollout_kernel", kernel)
+    runs = 130
+    given = {"noise": np.full(runs, 1e-3), "resolution": np.full(runs, 1e-3), "payload": np.linspace(0.0, 1.0, runs)}
+    loop = Loop(rate=500.0, duration=2.0, friction="smooth", encoder=Encoder(1e-3, 1e-3, 50.0))
+    setup = loop_setup(RUBBING, LAW, IST, loop, 0.3)
+    chosen = substeps.chosen_steps(setup, INVERSE_DYNAMICS.of(LAW, RUBBING), given, runs)
+    assert (chosen.substeps, chosen.error) == (4, pytest.approx(1e-4 / 4**4 * (1 - 1 / 16)))
+    assert [plan.substeps for plan, _ in tasks] == [1, 2, 4, 8]
+    for plan, task in tasks:
+        row = dict(zip(task.places.astype(int).tolist(), task.given.T, strict=True))
+        loads = np.linspace(0.0, 1.0, runs)[evenly(runs)]
+        plant = np.transpose([row[place] for place in plan.slots.places("plant")])
+        assert np.array_equal(plant, kept_values(RUBBING.chain, None, loads, None))
+        assert not np.any([row[plan.slots.first(name)] for name in ("noise", "resolution")])
+        assert [task.common[plan.slots.first(name)] for name in ("noise", "resolution")] == [0.0, 0.0]
+        assert (task.runs, task.stride, task.first_run) == (64, 2, 0)
 
 
 def test_friction_that_no_allowed_step_follows_is_refused():
@@ -67,14 +106,11 @@ def test_steps_are_doubled_until_they_are_enough_or_help_no_more(error, first, f
     assert chosen.are_enough == (found.error < ENOUGH)
 
 
-def test_without_a_run_to_compare_nothing_is_known():
+def test_an_error_is_small_below_a_millionth_and_nothing_is_known_without_a_run_to_compare():
+    assert [Steps(2, x).are_enough for x in (np.nextafter(1e-6, 0.0), 1e-6)] == [True, False]
     chosen = steps(lambda _: np.full((1, 2, 3), np.nan), 2)
     assert np.isnan(chosen.error)
     assert not chosen.are_enough
-
-
-def test_an_error_is_small_below_a_millionth():
-    assert [Steps(2, x).are_enough for x in (np.nextafter(1e-6, 0.0), 1e-6)] == [True, False]
 
 
 def test_runs_of_an_estimate_lie_evenly_over_all():

@@ -1,22 +1,16 @@
-"""One entry of B, C or g in letters, against the engine."""
+"""Equations in letters: every entry of B, C and g against the engine, as written by hand, in the command."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.mathtext import MathTextParser
 
 import lwr_dyn
+from lwr_dyn.dynamics.symbolic import equation_forms as forms
 from lwr_dyn.dynamics.symbolic.arm_equations import equations_of_motion
-from lwr_dyn.dynamics.symbolic.equation_forms import (
-    compile_equations,
-    entry_text,
-    equations_latex,
-    equations_text,
-    named_entries,
-    symbolic_entries,
-)
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
-from lwr_dyn.model.chain import JointKind
+from lwr_dyn.model.chain import JointKind, link_frames
 from lwr_dyn.model.spatial import Pose
 from tests.dynamics.symbolic.evaluated import evaluated, state_letters
 from tests.random_arms import random_arm
@@ -28,26 +22,26 @@ AGREES = 1e-11
 @pytest.mark.parametrize("joints", ["PR", pytest.param("RR", marks=pytest.mark.slow)])
 def test_every_entry_is_the_engines(joints):
     arm = random_arm(2, joints)
-    entries, dynamics = symbolic_entries(arm.chain), lwr_dyn.dynamics_of(arm)
+    entries, dynamics = forms.symbolic_entries(arm.chain), lwr_dyn.dynamics_of(arm)
     q, dq = np.random.default_rng(5).uniform(-1, 1, (2, arm.n))
     known = {"B": dynamics.mass_matrix(q), "C": dynamics.coriolis_matrix(q, dq), "g": dynamics.gravity_vector(q)}
     letters = entries.values | state_letters(q, dq)
-    for name, (letter, i, j) in named_entries(arm.n).items():
+    for name, (letter, i, j) in forms.named_entries(arm.n).items():
         expected = known[letter][i] if letter == "g" else known[letter][i, j]
         assert abs(evaluated(entries.text(letter, i, j), letters) - expected) < AGREES, name
 
 
 @pytest.mark.slow
 def test_a_paper_names_its_lengths():
-    assert entry_text("lwr4plus", "B_66").endswith("m7*(c7z + d7)^2")
+    assert forms.entry_text("lwr4plus", "B_66").endswith("m7*(c7z + d7)^2")
 
 
 def test_an_entry_that_does_not_exist_and_an_arm_without_masses():
     for entry in ("B_88", "tau_1", "B66", ""):
         with pytest.raises(OptionError, match="B_23"):
-            entry_text("lwr4plus", entry)
+            forms.entry_text("lwr4plus", entry)
     with pytest.raises(MissingDataError):
-        entry_text("lwr4", "B_11")
+        forms.entry_text("lwr4", "B_11")
 
 
 @pytest.fixture(scope="module")
@@ -85,14 +79,14 @@ tau_2 = ddq2*m2 + g0*m2""".splitlines()
 
 
 def test_equations_are_written_as_by_hand(slider):
-    lines = equations_text(slider.equations).splitlines()
+    lines = forms.equations_text(slider.equations).splitlines()
     nothing = [line for line in lines if line.endswith("= 0")]
     assert [line for line in lines if line not in nothing and "C1" not in line and "_1.z" not in line] == WRITTEN
     assert "v_C1.x = dq1*(-c1x*sin(q1) - c1y*cos(q1))" in lines
     assert {"B_12 = 0", "B_21 = 0", "g_1 = 0", "C_12 = 0", "v_C1.z = 0", "omega_1.y = 0"} <= set(nothing)
     assert len(lines) == 2 * 12 + 4 + 4 + 4 + 2 + 2
-    assert equations_text(slider.equations, motions=False).splitlines() == lines[24:]
-    latex = equations_latex(slider.equations, motions=False)
+    assert forms.equations_text(slider.equations, motions=False).splitlines() == lines[24:]
+    latex = forms.equations_latex(slider.equations, motions=False)
     assert latex.startswith("\\documentclass{article}")
     assert latex.count("align*") == 2 * 16
     assert (
@@ -101,12 +95,18 @@ def test_equations_are_written_as_by_hand(slider):
         "\\right) \\\\\n&\\quad + \\frac{\\dot{q}_{2}^{2} m_{2}}{2}\n"
     ) in latex
     assert "\\tau_{2} &= \\ddot{q}_{2} m_{2} \\\\\n&\\quad + g_{0} m_{2}\n" in latex
-    assert r"\dot{\omega}_{2,z} &= \ddot{q}_{1}" in equations_latex(slider.equations)
-    assert r"v_{C2,z} &= \dot{q}_{2}" in equations_latex(slider.equations)
+    whole = forms.equations_latex(slider.equations)
+    assert r"\dot{\omega}_{2,z} &= \ddot{q}_{1}" in whole
+    assert r"v_{C2,z} &= \dot{q}_{2}" in whole
+    parser, end = MathTextParser("path"), chr(92) * 2
+    rows = [line.replace("&=", "=").replace("&", " ").removesuffix(end) for line in whole.splitlines() if "&" in line]
+    assert len(rows) > 40
+    for row in rows:
+        parser.parse(f"${row}$")
 
 
 def test_compiled_equations_are_the_engine_of_their_arm(slider):
-    made = compile_equations(slider.equations)
+    made = forms.compile_equations(slider.equations)
     ours, other = made.at({**slider.values, "unknown": 1.0}), lwr_dyn.dynamics_of(slider.arm, "newton-euler")
     q, dq, ddq = np.random.default_rng(3).uniform(-1.0, 1.0, (3, 5, 2))
     for name, state in (
@@ -127,5 +127,19 @@ def test_compiled_equations_are_the_engine_of_their_arm(slider):
 
 
 def test_names_beyond_nine_joints_stay_apart():
-    assert len(named_entries(11)) == 2 * 121 + 11
-    assert named_entries(11)["B_1,11"] == ("B", 0, 10)
+    assert len(forms.named_entries(11)) == 2 * 121 + 11
+    assert forms.named_entries(11)["B_1,11"] == ("B", 0, 10)
+
+
+def test_symbols_print(lwr_dyn_command):
+    lines = lwr_dyn_command("fk", "lwr4", "--symbolic")[1].splitlines()
+    costs = ["full product: 68 products, 31 sums", "vector route: 12 products, 5 sums"]
+    (at,) = (k for k, line in enumerate(lines) if line == f"origin of frame 7 by {costs[0]}")
+    assert lines[at + 1] == f"origin of frame 7 by {costs[1]}"
+    q = np.array([0.3, -0.7, 0.5, 1.1, 0.2, -0.4, 0.9])
+    names = {"sin": np.sin, "cos": np.cos, "L": 0.4, "M": 0.39, **{f"q{i + 1}": x for i, x in enumerate(q)}}
+    *_, last, _ = link_frames(lwr_dyn.load("lwr4").chain, q)
+    for k, axis in enumerate("xyz"):
+        name, _, expression = lines[at + 2 + k].strip().partition(" = ")
+        assert name == axis
+        assert abs(eval(expression, names) - last[k, 3]) < 1e-12
