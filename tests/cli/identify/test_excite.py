@@ -69,7 +69,7 @@ def test_the_motion_is_written_while_and_after_it_is_searched_and_its_exit_code_
         (bad, (), 1, "a motion\nwrote e.csv\n", ""),
         (NoMotionError(bad), (), 1, "a motion\nwrote e.csv\n", ""),
         (stopped, (), 130, next_line, "lwr-dyn: stopped: this is the best motion so far\n"),
-        (FOUND, ("--json",), 0, "{}\n", ""),
+        (FOUND, ("--json",), 0, '{\n  "caveats": []\n}\n', ""),
     ):
         calls = asked(SEARCH, result)
         assert lwr_dyn_command(*line, *more) == (code, out, err)
