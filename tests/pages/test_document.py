@@ -99,7 +99,7 @@ def cell(heading, value):
         (Heading("b"), 2.5, '<td class="n">2.5</td>'),
         (Heading("b"), True, "<td>True</td>"),
         (Heading("b"), "t < u", "<td>t &lt; u</td>"),
-        (Heading("b"), Marked(2.5, "best"), '<td class="n"><b>2.5</b></td>'),
+        (Heading("b"), Marked(2.5, "best"), '<td class="n"><b>2.5 *</b></td>'),
         (Heading("b"), Marked(2.5, "bad"), '<td class="n bad">2.5 !</td>'),
         (Heading("b", cut=9), "one two three",
          "<td><details><summary>one two ...</summary>one two three</details></td>"),
