@@ -141,19 +141,6 @@ def test_a_run_that_diverges_keeps_its_samples_and_is_refused(asked, lwr_dyn_com
     assert lwr_dyn_command("simulate", "lwr4plus", *SHORT)[1] == ""
 
 
-@pytest.mark.slow
-def test_a_diverging_run_names_the_time_and_keeps_its_samples(lwr_dyn_command, tmp_path):
-    """A loop far faster than its samples cannot be held."""
-    target = tmp_path / "run.npz"
-    options = ("--omega-n", "3000", "--no-saturation", "--controller", "inverse-dynamics", "--encoder-noise", "1e-3")
-    code, out, err = lwr_dyn_command("simulate", "lwr4plus", *SHORT[:-1], "1", *options, "--out", str(target))
-    assert (code, "kept what was computed" in out) == (2, True)
-    assert err.splitlines()[-1].startswith("lwr-dyn: the simulation diverges at t = ")
-    assert all(line.startswith("note: ") for line in err.splitlines()[:-1])
-    assert "joint_" in err
-    assert 1 < Run.load(target).t.size < 1001
-
-
 def test_friction_is_said_in_words():
     """Its form, what a refit changed, where it drives joint by joint; nothing without friction."""
     arm = lwr_dyn.load("wam7")
@@ -313,11 +300,6 @@ def test_a_controller_is_a_name_or_a_python_file():
     assert kind.get_metavar(click.Option(["--x"])) == "[pid|FILE.py]"
     with pytest.raises(click.BadParameter, match=r"'mine\.txt' is not"):
         kind.convert("mine.txt", None, None)
-
-
-def test_a_default_of_one_law_is_not_shown_as_that_of_all(lwr_dyn_command):
-    text = "".join(lwr_dyn_command("simulate", "--help-all")[1].split())
-    assert "[default:2000.0(cartesian-impedance)]" in text
 
 
 def test_an_arm_for_which_nothing_is_asked_gets_a_task_of_its_own_that_is_said(lwr_dyn_command):

@@ -21,36 +21,6 @@ MOVE = (
 )
 
 
-@pytest.fixture
-def largest(recorded):
-    """The largest error of the tip [mm] without and with options."""
-
-    def run(given, *options):
-        return [recorded("simulate", "lwr4plus", *given, *x)["metrics"]["tip_max_mm"] for x in ((), *options)]
-
-    return run
-
-
-@pytest.mark.slow
-def test_velocity_error_takes_the_lag_away(largest):
-    lag, none = largest(MOVE, ("--velocity-error",))
-    assert none < 0.5 * lag
-
-
-@pytest.mark.slow
-def test_a_known_payload_is_compensated(largest):
-    load = (*HOLD, "--reading", "computed", "--payload", "3", "--controller", "inverse-dynamics")
-    unknown, known = largest(load, ("--payload-known",))
-    assert unknown > 5.0
-    assert known < 0.01
-
-
-@pytest.mark.slow
-def test_feedforward_and_gravity_can_be_left_out(largest):
-    full, paper, droop = largest((*MOVE, "--controller", "inverse-dynamics"), ("--no-feedforward",), ("--no-gravity",))
-    assert full < 0.1 * paper < 0.1 * droop
-
-
 @pytest.mark.slow
 def test_uses_of_limits_stand_in_their_columns(printed, recorded):
     found = recorded("simulate", "lwr4plus", *MOVE)["metrics"]

@@ -116,21 +116,6 @@ def test_a_figure_is_as_large_as_its_panels_and_names_need(figure, inches):
     assert draw(figure).get_size_inches() == pytest.approx(inches)
 
 
-def test_a_row_begins_with_the_first_joint_of_each_run(runs):
-    drawing = draw(error_figure(runs), runs)
-    left = [axes.get_position().x0 for axes in drawing.axes]
-    assert left[:7] == left[7:]
-    assert drawing.axes[7].get_position().y1 < drawing.axes[6].get_position().y0
-
-
-def test_panels_do_not_overlap_and_stay_inside(runs):
-    boxes = [axes.get_position() for axes in draw(torque_figure(runs), runs).axes]
-    for k, box in enumerate(boxes):
-        assert 0.0 < box.x0 < box.x1 < 1.0
-        assert 0.0 < box.y0 < box.y1 < 1.0
-        assert not any(box.overlaps(other) for other in boxes[:k])
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("make", [error_figure, torque_figure, path_figure], ids=lambda make: make.__name__)
 def test_same_runs_give_the_same_bytes_whatever_the_settings(runs, make):
