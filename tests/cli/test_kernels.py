@@ -72,7 +72,6 @@ def test_the_costs_are_those_of_the_generated_functions(recorded, printed):
             "result": x.width,
         }
         assert row == found
-        assert shape.formula
     assert {key: record[key] for key in ("robot", "dtype", "cache")} == {
         "robot": "kr30ha (kuka)", "dtype": "float32", "cache": str(cache_folder()),
     }  # fmt: skip
