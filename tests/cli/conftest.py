@@ -1,6 +1,7 @@
-"""A command that takes its input, as text or as its record, and one that refuses it."""
+"""A command that takes its input, as text or as its record, one that refuses it, and what it asks of the library."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -30,6 +31,40 @@ def recorded(printed):
         return record
 
     return run
+
+
+@pytest.fixture
+def as_recorded():
+    """What a command records of a document of the library, behind the caveats of these arms."""
+    from lwr_dyn.foundation.tables import json_text
+    from lwr_dyn.model.arm import caveats_of
+
+    def record(document, *arms, used=None):
+        if arms:
+            caveats = caveats_of(arms) if used is None else caveats_of(arms, used)
+            document = replace(document, caveats=tuple(dict.fromkeys((*(document.caveats or ()), *caveats))))
+        return json.loads(json_text(document.record()))
+
+    return record
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Puts a stand-in in the place of a function of the library: gives the list of its calls, (arguments, options)."""
+
+    def stand_in(place, result=None):
+        calls = []
+
+        def called(*arguments, **options):
+            calls.append((arguments, options))
+            if isinstance(result, Exception):
+                raise result
+            return result
+
+        monkeypatch.setattr(place, called)
+        return calls
+
+    return stand_in
 
 
 @pytest.fixture

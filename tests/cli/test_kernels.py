@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.codegen.kernels.kernel_source import generate
+from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, kernel_spec
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.files import cache_folder
 
 TO_C = ("--language", "c", "--out", "a.c")
 
@@ -18,6 +22,62 @@ def test_the_command_prints_a_source_or_the_cost_of_functions(printed, recorded)
     functions = recorded("kernels", "lwr4plus")["functions"]
     assert {f["name"]: f["inputs"] for f in functions}["mass_matrix"] == ["q"]
     assert "torque_regressor" in printed("kernels", "lwr4plus")
+
+
+STOP = OptionError("stop", "here", "nothing")
+
+
+@pytest.mark.parametrize(
+    ("options", "chosen"),
+    [
+        ((), ([], "none", "armature", "float64")),
+        (("--inputs", "payload, gravity", "--own-friction", "--dtype", "float32"),
+         (["payload", "gravity"], "arm", "armature", "float32")),
+    ],
+)  # fmt: skip
+def test_what_is_typed_reaches_the_functions(asked, refused, folder, options, chosen):
+    spec = asked("lwr_dyn.cli.kernels.kernel_spec", STOP)
+    emitted = asked("lwr_dyn.codegen.emit.emission.emitted_arm", STOP)
+    refused("kernels", "wam7", *options)
+    assert (spec[0][0][0].name, spec[0][0][1:]) == ("wam7", chosen)
+    inputs, friction, _, dtype = chosen
+    for more, functions, kind, prefix in (
+        ((), [], "own", None),
+        (
+            ("--emit", "jacobian, mass_matrix", "--sincos", "libm", "--prefix", "x"),
+            ["jacobian", "mass_matrix"],
+            "libm",
+            "x",
+        ),
+    ):
+        refused("kernels", "wam7", *TO_C, *options, *more)
+        (arm, names), given = emitted.pop()
+        assert (arm.name, names, given) == (
+            "wam7", functions,
+            {"inputs": inputs, "friction": friction, "dtype": dtype, "kind": kind, "prefix": prefix},
+        )  # fmt: skip
+
+
+def test_the_costs_are_those_of_the_generated_functions(recorded, printed):
+    arm = lwr_dyn.load("kr30ha")
+    record = recorded("kernels", "kr30ha", "--dtype", "float32")
+    spec = kernel_spec(arm, (), "none", "armature", "float32")
+    for row, name in zip(record["functions"], FUNCTIONS, strict=True):
+        x = generate(spec, name).interface
+        found = {
+            "name": name,
+            "operations": x.operations,
+            "fused": x.fused,
+            "inputs": list(x.inputs),
+            "result": x.width,
+        }
+        assert row == found
+    assert {key: record[key] for key in ("robot", "dtype", "cache")} == {
+        "robot": "kr30ha (kuka)", "dtype": "float32", "cache": str(cache_folder()),
+    }  # fmt: skip
+    lines = printed("kernels", "kr30ha", "--dtype", "float32").splitlines()
+    assert f"kr30ha (kuka), float32; kept in {cache_folder()}" in lines
+    assert sum(line.startswith(tuple(FUNCTIONS)) for line in lines) == len(FUNCTIONS)
 
 
 @pytest.mark.parametrize(

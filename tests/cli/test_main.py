@@ -60,14 +60,10 @@ def test_blas_has_one_thread_unless_told_otherwise(given, used):
 @pytest.mark.parametrize(
     ("fault", "code", "line"),
     [
-        (
-            OSError(28, "No space left on device"),
-            2,
-            "lwr-dyn: stdout: no space left on device; allowed: an output",
-        ),
+        (OSError(28, "No space left on device"), 2, "lwr-dyn: stdout: no space left on device; allowed: an output"),
         (SystemExit(3), 3, ""),
     ],
-)
+)  # fmt: skip
 def test_what_ends_a_command_has_its_exit_code(lwr_dyn_command, monkeypatch, fault, code, line):
     def failing(**_):
         raise fault

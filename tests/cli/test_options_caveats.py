@@ -40,12 +40,6 @@ high = 7
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-@pytest.fixture
 def run_file(folder):
     arm = lwr_dyn.load("kr30ha")
     hold = lwr_dyn.reference("hold", arm, q=[0.0, -1.5, 1.5, 0.0, 0.5, 0.0], duration=0.01)

@@ -11,11 +11,7 @@ from lwr_dyn.pages.replay import live
 from tests.headless import logs, waiting
 from tests.pages.explorer.explored import FOREIGN, SHARE, opened
 
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 @pytest.fixture
@@ -34,6 +30,27 @@ def test_a_robot_a_urdf_and_a_run_become_pages(lwr_dyn_command, printed, folder,
     assert code == 0
     assert out.startswith("wrote lwr_dyn_pages/panda_urdf_")
     assert printed("show", run_file).startswith("wrote lwr_dyn_pages/lwr4plus_pd-gravity_")
+
+
+@pytest.mark.parametrize(
+    ("words", "path", "q", "beside", "browser"),
+    [
+        ((), None, None, None, None),
+        (("--html", "x.html", "--q-deg", "0,90,0,0,0,0,0", "--beside", "lwr4plus:printed", "--no-browser"), "x.html",
+         np.radians([0, 90, 0, 0, 0, 0, 0]), ("lwr4plus", "printed"), False),
+        (("--q", "0,0.5,0,0,0,0,0", "--beside", "wam7", "--browser"), None, [0, 0.5, 0, 0, 0, 0, 0], ("wam7", "manual"),
+         True),
+    ],
+)  # fmt: skip
+def test_what_is_typed_reaches_the_page(asked, printed, words, path, q, beside, browser):
+    calls = asked("lwr_dyn.cli.show.show", "the page")
+    assert printed("show", "lwr4plus", *words).splitlines()[-1] == "'the page'"
+    (arm, where), given = calls[0]
+    other = given["beside"] and (given["beside"].name, given["beside"].reading)
+    assert (arm.name, where, other, given["browser"]) == ("lwr4plus", path, beside, browser)
+    assert (given["q"] is None) == (q is None)
+    if q is not None:
+        np.testing.assert_allclose(given["q"], q)
 
 
 @pytest.mark.parametrize(
@@ -113,11 +130,8 @@ def test_serve_says_where_until_it_is_interrupted(lwr_dyn_command, monkeypatch, 
     for what in ("kr30ha", run_file):
         code, out, err = lwr_dyn_command("show", what, "--serve", "--port", "0")
         assert code == 0
-        said = (
-            []
-            if what == run_file
-            else ["kr30ha (kuka): masses, centres of mass and inertias estimated from drawn solids"]
-        )
+        estimated = "kr30ha (kuka): masses, centres of mass and inertias estimated from drawn solids"
+        said = [] if what == run_file else [estimated]
         assert out.splitlines()[:-1] == said
         assert out.splitlines()[-1].startswith("http://127.0.0.1:")
         assert err == "closed\n"

@@ -1,14 +1,16 @@
-"""`lwr-dyn tune`: a known optimum through real rollouts, the same for any number of threads, bad input in one line."""
+"""`lwr-dyn tune`: what is typed reaches the search, a known optimum through real rollouts, bad input in one line."""
 
-import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from lwr_dyn.cli.tune import evaluator
+from lwr_dyn.foundation.document import Document
+from lwr_dyn.studies.sweep.gain_search import SearchedGain, gain_aim
 from lwr_dyn.studies.sweep.read_study import read_study
-from tests.json_schemas import faults
+from lwr_dyn.studies.sweep.tune import SearchSize
 
 STUDY = """
 robot = "lwr4plus"
@@ -33,6 +35,7 @@ path = "loop.delay"
 values = [0, 1]
 """
 SMALL = ("--runs", "8", "--population", "6", "--generations", "6", "--check-runs", "40", "--front", "0")
+FOUND = {"keeps_bound": True, "document": Document("", "tuned", ())}
 
 
 @pytest.fixture
@@ -47,22 +50,42 @@ def tuned(study, printed):
     return lambda *words: printed("tune", study, *SMALL, *words)
 
 
+@pytest.mark.parametrize(
+    ("words", "law", "gains", "options", "code"),
+    [
+        ((), "inverse-dynamics", [("omega_n", 10.0, 250.0), ("xi", 0.4, 2.0)], ("tip_max:0.99", 1.0, SearchSize()), 0),
+        (("--law", "inverse-dynamics:omega-n=80", "--jobs", "2", "--seed", "5", *SMALL, "--aim", "tip_q95:0.9",
+          "--torque-share", "0.5"), "inverse-dynamics:omega-n=80", [("omega_n", 16.0, 400.0), ("xi", 0.4, 2.0)],
+         ("tip_q95:0.9", 0.5, SearchSize(8, 6, 6, 40, 0, 5)), 1),
+        (("--gain", "omega-n=5:9"), "inverse-dynamics", [("omega_n", 5.0, 9.0)],
+         ("tip_max:0.99", 1.0, SearchSize()), 0),
+    ],
+)  # fmt: skip
+def test_what_is_typed_reaches_the_search(asked, lwr_dyn_command, study, words, law, gains, options, code):
+    """The gains as given are those of the law and of parameters that are fixed; exit 1 where no bound is kept."""
+    searched = asked("lwr_dyn.cli.tune.tune", SimpleNamespace(**FOUND | {"keeps_bound": code == 0}))
+    judged = asked("lwr_dyn.cli.tune.evaluator", "evaluate")
+    got, out, _ = lwr_dyn_command("tune", study, *words)
+    assert (got, out.splitlines()[-1]) == (code, "tuned")
+    (read, text, asked_for, evaluate, given), more = searched[0]
+    aim, bound, size = options
+    assert (read.name, text, evaluate) == ("moves", law, "evaluate")
+    assert asked_for == tuple(SearchedGain(f"controller.{name}", low, up) for name, low, up in gains)
+    usual = {"controller.omega_n": 80.0 if "80" in law else 50.0, "controller.xi": 1.0, "payload.known": 0.0}
+    assert given == usual
+    assert {name: more[name] for name in ("aim", "bound", "size")} == {
+        "aim": gain_aim(aim, [0.95]), "bound": bound, "size": size,
+    }  # fmt: skip
+    assert judged[0][0][1:] == (law, 2 if "--jobs" in words else 1)
+
+
 @pytest.mark.slow
-def test_a_law_is_best_that_knows_its_whole_load(tuned):
-    record = json.loads(tuned("--gain", "payload.known=0.5:1", "--aim", "tip_q95:0.9", "--json"))
-    assert faults("tune", record) == []
+def test_a_law_is_best_that_knows_its_whole_load(study, recorded):
+    record = recorded("tune", study, *SMALL, "--gain", "payload.known=0.5:1", "--aim", "tip_q95:0.9")
     assert record["found"]["payload.known"] > 0.97
     assert record["given"] == {"payload.known": 0.0}
     assert record["check"]["ratio"]["high"] < 0.1
     assert record["check"]["verdict"] == "the found gains are better"
-
-
-@pytest.mark.slow
-def test_the_options_of_the_controller_are_what_it_begins_with(tuned):
-    record = json.loads(tuned("--law", "inverse-dynamics:omega-n=80", "--json"))
-    assert record["given"] == {"controller.omega_n": 80.0, "controller.xi": 1.0}
-    assert record["gains"]["controller.omega_n"] == {"low": 16.0, "high": 400.0}
-    assert record["check"]["ratio"]["value"] < 1.0
 
 
 @pytest.mark.slow
@@ -89,6 +112,7 @@ def test_a_bound_that_no_candidate_keeps_is_said(study, lwr_dyn_command):
         (("--gain", "feedforward=0:1"), "no gain of inverse-dynamics named 'feedforward'"),
         (("--gain", "payload.mas=1:2"), "no parameter path named 'payload.mas' (did you mean payload.mass?)"),
         (("--gain", "payload.known=0:2"), "bounds of payload.known: 2"),
+        (("--gain", "payload.known=-1:1"), "bounds of payload.known: -1"),
         (("--gain", "arm.mass=0.9:1.1"), "a path of one number"),
         (("--gain", "task.duration=1:2"), "a path of one number"),
         (("--gain", "omega-n=9:2"), "low < high"),

@@ -1,6 +1,7 @@
 """`lwr_dyn.show`: a file, the line that opens it, the bundle of a notebook."""
 
 import base64
+import hashlib
 import sys
 from dataclasses import replace
 from types import SimpleNamespace
@@ -33,24 +34,43 @@ def notebook(monkeypatch):
     )
 
 
+@pytest.fixture
+def drawn(monkeypatch):
+    """Pages that are not made: the arguments of those that are asked for stand in them."""
+    monkeypatch.setattr("lwr_dyn.pages.explorer.shown.explorer_html", lambda arm, q, beside: f"{arm.name} {q} {beside}")
+    monkeypatch.setattr("lwr_dyn.pages.explorer.shown.replay_html", lambda runs, arm: f"replay {runs[0].meta}")
+
+
 @pytest.mark.slow
 def test_an_arm_becomes_a_file_and_says_how_to_open_it(folder):
     page = lwr_dyn.show(lwr_dyn.load("lwr4plus"))
-    assert page.path.as_posix() == "lwr_dyn_pages/lwr4plus.html"
-    assert (folder / page.path).read_text(encoding="utf-8").startswith("<!doctype html>")
-    assert repr(page).startswith("wrote lwr_dyn_pages/lwr4plus.html (1.")
-    assert "open it: " in repr(page)
+    text = (folder / page.path).read_text(encoding="utf-8")
+    assert text.startswith("<!doctype html>")
+    size = f"{len(text.encode()) / 1e6:.1f}"
+    name = "lwr_dyn_pages/lwr4plus.html"
+    assert repr(page) == f"wrote {name} ({size} MB, needs no network); open it: xdg-open {name}"
 
 
-@pytest.mark.slow
-def test_other_contents_have_other_files(small, two_runs):
-    tool = lwr_dyn.load("lwr4plus", lock=HELD, tool={"xyz": [0, 0, 0.1]})
-    pages = [lwr_dyn.show(one) for one in (small, tool, *two_runs)] + [lwr_dyn.show(small, q=[0.1] * 2)]
+@pytest.mark.parametrize(("system", "opener"), [("darwin", "open"), ("win32", "start"), ("linux", "xdg-open")])
+def test_a_page_is_opened_as_the_system_does(drawn, monkeypatch, system, opener):
+    page = lwr_dyn.show(lwr_dyn.load("lwr4plus"), browser=False)
+    monkeypatch.setattr(sys, "platform", system)
+    assert repr(page) == f"wrote {page.path} (0.0 MB, needs no network); open it: {opener} {page.path}"
+
+
+def test_other_contents_have_other_files(small, two_runs, drawn):
+    """NAME.html of a plain arm by name; else eight letters of the page's digest stand behind it."""
+    plain, tool = lwr_dyn.load("lwr4plus"), lwr_dyn.load("lwr4plus", tool={"xyz": [0, 0, 0.1]})
+    pages = [lwr_dyn.show(one) for one in (plain, small, tool, *two_runs)]
+    pages += [lwr_dyn.show(plain, q=[0.1] * 7), lwr_dyn.show(plain, beside=tool)]
     names = [page.path.name for page in pages]
-    names.append(lwr_dyn.show(small, beside=tool).path.name)
-    assert len(set(names)) == 6
-    assert names[2].startswith("lwr4plus_pd-gravity_")
-    assert [lwr_dyn.show(one).path.name for one in (small, tool)] == names[:2]
+    assert names[0] == "lwr4plus.html"
+    stems = ["lwr4plus_", "lwr4plus_", "lwr4plus_pd-gravity_", "lwr4plus_inverse-dynamics_", "lwr4plus_", "lwr4plus_"]
+    for page, name, stem in zip(pages[1:], names[1:], stems, strict=True):
+        digest = hashlib.sha256(page.path.read_bytes()).hexdigest()[:8]
+        assert name == f"{stem}{digest}.html"
+    assert pages[6].title == f"{plain.title} beside {tool.title}"
+    assert pages[0].title == plain.title
 
 
 def test_a_run_shows_its_replay(two_runs, tmp_path):
@@ -77,23 +97,28 @@ def test_embed_keeps_the_page_in_the_cell_and_writes_nothing(small, notebook, fo
     assert list(folder.iterdir()) == []
 
 
-@pytest.mark.slow
-def test_a_browser_opens_on_a_terminal_with_a_display_only(small, monkeypatch):
+@pytest.mark.parametrize(
+    ("system", "terminal", "display", "asked_for", "opened"),
+    [
+        ("linux", True, None, None, False), ("linux", True, "WAYLAND_DISPLAY", None, True),
+        ("linux", True, "DISPLAY", None, True), ("linux", False, "DISPLAY", None, False),
+        ("darwin", True, None, None, True), ("win32", True, None, None, True), ("darwin", False, None, None, False),
+        ("linux", True, "DISPLAY", False, False), ("linux", False, None, True, True),
+    ],
+)  # fmt: skip
+def test_a_browser_opens_on_a_terminal_with_a_display_or_where_it_is_asked_for(
+    small, drawn, monkeypatch, system, terminal, display, asked_for, opened
+):
     asked = []
     monkeypatch.setattr("webbrowser.open", lambda address: asked.append(address) or True)
-    monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(sys, "platform", system)
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: terminal, raising=False)
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    lwr_dyn.show(small)
-    assert asked == []
-    monkeypatch.setenv("WAYLAND_DISPLAY", "wayland-0")
-    page = lwr_dyn.show(small)
-    assert asked == [page.path.resolve().as_uri()]
-    lwr_dyn.show(small, browser=False)
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: False, raising=False)
-    lwr_dyn.show(small)
-    assert len(asked) == 1
+    if display:
+        monkeypatch.setenv(display, "0")
+    page = lwr_dyn.show(small, browser=asked_for)
+    assert asked == [page.path.resolve().as_uri()] * opened
 
 
 def test_bad_input_is_one_clear_line_and_leaves_no_file(small, two_runs, folder, monkeypatch):

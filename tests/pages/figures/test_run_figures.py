@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.run import Run
+from lwr_dyn.pages.figures.figure import Level
 from lwr_dyn.pages.figures.run_figures import (
+    QUANTITIES,
     contact_figure,
     error_figure,
     observer_figure,
@@ -24,6 +27,7 @@ from lwr_dyn.pages.plotting.plots import figure_bytes
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.walls_and_pushes import Push, Wall
+from tests.pages.replay.replayed import lagging_run
 from tests.simulation.sample_runs import joint_waves, lwr
 from tests.simulation.test_walls_and_pushes import ARM, POSE, TIP
 
@@ -46,6 +50,50 @@ def test_error_curves_are_ref_minus_actual_in_thousandths(runs, quantity, name):
         np.testing.assert_array_equal(t, one.run.t)
         np.testing.assert_array_equal(drawn, error[:, k % 7])
         assert curve.label == one.label
+
+
+def described(figure):
+    """Its id, title, columns; title, quantity and unit of each panel; labels of curves."""
+    panels = [(panel.title, panel.y_label, panel.y_unit) for panel in figure.panels]
+    assert (figure.x_label, figure.x_unit, figure.over_time) == ("time", "s", True)
+    return (figure.id, figure.title, figure.columns), panels, [curve.label for curve in figure.panels[0].curves]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "head", "units", "limits"),
+    [
+        ("torque", ("torque", "Torques and their limits", 2), ("N m", "N"), "effort"),
+        ("position error", ("position-error", "Position errors", 2), ("mrad", "mm"), ""),
+        ("velocity error", ("velocity-error", "Speed errors", 2), ("mrad/s", "mm/s"), ""),
+        ("position", ("q", "Positions", 2), ("rad", "m"), ""),
+        ("velocity", ("dq", "Speeds", 2), ("rad/s", "m/s"), "velocity"),
+        ("friction", ("friction", "Friction", 2), ("N m", "N"), ""),
+        ("energy", ("energy", "Energy", 1), ("J",), ""),
+        ("tip error", ("tip-error", "Tip error", 1), ("mm",), ""),
+    ],
+)
+def test_each_quantity_has_its_units_joint_by_joint_and_its_limits(tmp_path, quantity, head, units, limits):
+    """Of an arm that turns and slides, beside an arm of one joint less."""
+    arms = []
+    for joints in ("RP", "R"):
+        (tmp_path / f"{joints}.toml").write_text(template("own.toml", joints, joints), encoding="utf-8")
+        arms.append(lwr_dyn.load(tmp_path / f"{joints}.toml"))
+    runs = replayed_runs([lagging_run(arm, 0.02, "pid", k=5) for arm in arms], arms, ["both", "one"])
+    figure = QUANTITIES[quantity](runs)
+    found, panels, labels = described(figure)
+    assert (found, tuple(unit for *_, unit in panels)) == (head, units)
+    names = [arms[0].joint_names[k] for k in range(len(units))] if len(units) == 2 else [""]
+    assert [title for title, *_ in panels] == names
+    reference = ["reference"] if quantity in ("position", "velocity") else []
+    assert [label.partition(";")[0] for label in labels] == [*reference, "both", "one"]
+    if len(units) == 2:
+        assert [c.label.partition(";")[0] for c in figure.panels[1].curves] == [*reference, "both"]
+    for panel, joint, unit in zip(figure.panels, arms[0].limits, units, strict=False):
+        most = getattr(joint, limits, None)
+        assert panel.levels == ((Level("limit", most), Level("limit", -most)) if limits else ())
+        assert panel.note == (f"limit {most:g} {unit}" if limits else "")
+    scale = 1e3 if "error" in quantity else 1.0
+    assert figure.panels[0].curves[-1].y.scale == scale
 
 
 def test_tip_errors_are_distances_in_mm_a_curve_per_run(runs):

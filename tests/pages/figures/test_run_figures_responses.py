@@ -8,8 +8,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.pages.figures.figure import frequency_axis
-from lwr_dyn.simulation.step_and_chirp import response_parts
+from lwr_dyn.pages.figures.figure import Level
+from lwr_dyn.simulation.step_and_chirp import response_parts, responses_of
 from tests.json_schemas import faults
 from tests.simulation.answers import ARM, answered
 
@@ -29,15 +29,29 @@ def chirp():
 def test_a_step_is_drawn_as_a_share_of_it(step):
     (figure,) = lwr_dyn.plot(step, "response").figures
     (panel,) = figure.panels
-    assert panel.title == "joint 2"
-    assert "overshoot 16" in panel.note
+    (response,) = responses_of(step, ARM)
+    rise, over = 1e3 * response.rise, 100.0 * response.overshoot
+    assert (panel.title, panel.note) == ("joint 2", f"rise {rise:.3g} ms, overshoot {over:.2g} %")
+    assert over == pytest.approx(16.3, abs=0.05)
+    np.testing.assert_array_equal(panel.curves[0].x, 1e3 * response.t)
+    np.testing.assert_array_equal(panel.curves[0].y, response.y)
     assert float(panel.curves[0].y[-1]) == pytest.approx(1.0, abs=0.02)
+    assert (panel.levels, figure.x_unit, figure.columns) == ((Level("asked for", 1.0),), "ms", 2)
+    (two,) = lwr_dyn.plot([step, step], "response", labels=["a", "b"]).figures
+    assert ([curve.colour for curve in two.panels[0].curves], two.panels[0].note) == ([0, 1], "")
 
 
 def test_a_chirp_is_drawn_as_magnitude_and_phase(chirp):
     picture = lwr_dyn.plot([chirp, chirp], "response", labels=["a", "b"])
     magnitude, phase = picture.figures[0].panels
     assert [curve.label for curve in magnitude.curves] == ["a", "b"]
+    (response,) = responses_of(chirp, ARM)
+    np.testing.assert_allclose(magnitude.curves[1].y, 20 * np.log10(np.abs(response.H)))
+    np.testing.assert_allclose(phase.curves[1].y, np.degrees(np.unwrap(np.angle(response.H))))
+    for panel in (magnitude, phase):
+        np.testing.assert_array_equal(panel.curves[1].x, response.f)
+    (alone, _) = lwr_dyn.plot(chirp, "response").figures[0].panels
+    assert (magnitude.note, alone.note) == ("", f"bandwidth {response.bandwidth:.3g} Hz")
     assert magnitude.curves[0].y.max() == pytest.approx(20.0 * math.log10(2.0 / math.sqrt(3.0)), abs=0.02)
     assert magnitude.levels[0].value == pytest.approx(20.0 * math.log10(math.sqrt(0.5)))
     assert phase.curves[0].y.min() < -90.0
@@ -49,12 +63,6 @@ def test_other_runs_have_no_response_to_draw(two_runs, step, chirp):
     for runs in (two_runs[0], [step, chirp], [step, two_runs[0]]):
         with pytest.raises(OptionError, match="not all of the task step"):
             lwr_dyn.plot(runs, "response")
-
-
-def test_a_frequency_axis_has_its_own_ends():
-    axis = frequency_axis(np.array([0.7, 8.0, 33.0]))
-    assert (axis.low, axis.high) == (0.7, 33.0)
-    assert float(axis.share(8.0)) == pytest.approx(math.log(8.0 / 0.7) / math.log(33.0 / 0.7))
 
 
 @pytest.mark.slow
