@@ -19,28 +19,28 @@ from lwr_dyn.model.chain import JointKind
 from tests.simulation.sample_runs import one_joint
 
 
-def test_gains_are_the_second_order_formulas_and_refuse_what_is_not_positive():
-    gains = second_order_gains([2.0, 0.5], omega_n=10.0, xi=0.7)
-    assert gains.Kp == pytest.approx([200.0, 50.0])
-    assert gains.Kd == pytest.approx([28.0, 7.0])
-    assert (gains.omega_n, gains.xi) == (10.0, 0.7)
-    assert second_order_gains([1.0]).Kp.tolist() == [2500.0]
-    assert second_order_gains([1.0]).Kd.tolist() == [100.0]
-    for bad in ({"omega_n": 0.0}, {"xi": -1.0}, {"xi": 0.0}, {"omega_n": float("nan")}, {"xi": np.inf}):
-        with pytest.raises(OptionError, match=f"{next(iter(bad))}: .*; allowed: a number above 0"):
-            second_order_gains([1.0], **bad)
-    for masses in ([1.0, 0.0], [2.0, -1e-9]):
-        with pytest.raises(OptionError, match=r"^inertia: .* a number above 0"):
-            second_order_gains(masses)
-    with pytest.raises(ShapeError, match="inertia"):
-        second_order_gains([1.0, np.nan])
-
-
-def test_no_gain_overflows():
+def test_gains_are_the_second_order_formulas():
+    gains, plain = second_order_gains([2.0, 0.5], omega_n=10.0, xi=0.7), second_order_gains([1.0])
+    np.testing.assert_allclose([gains.Kp, gains.Kd], [[200.0, 50.0], [28.0, 7.0]], rtol=1e-15)
+    assert (gains.omega_n, gains.xi, plain.Kp[0], plain.Kd[0]) == (10.0, 0.7, 2500.0, 100.0)
     assert second_order_gains([1.0], LARGEST, 1.0).Kp.tolist() == [1e18]
-    for bad in ({"omega_n": 1.001e9}, {"xi": 1.001e9}):
-        with pytest.raises(OptionError, match=r"omega_n, xi: 1001000000.0; allowed: at most 1e\+09"):
-            second_order_gains([1.0], **bad)
+
+
+@pytest.mark.parametrize(
+    ("inertia", "options", "error", "words"),
+    [
+        *([[1.0], {name: bad}, OptionError, f"{name}: {bad}; allowed: a number above 0"]
+          for name in ("omega_n", "xi") for bad in (0.0, -1.0, np.nan, np.inf)),
+        *([[1.0], {name: 1.001e9}, OptionError, r"omega_n, xi: 1001000000.0; allowed: at most 1e\+09"]
+          for name in ("omega_n", "xi")),
+        ([1.0, 0.0], {}, OptionError, r"^inertia: .* a number above 0"),
+        ([2.0, -1e-9], {}, OptionError, r"^inertia: .* a number above 0"),
+        ([1.0, np.nan], {}, ShapeError, "inertia: nan"),
+    ],
+)  # fmt: skip
+def test_gains_of_what_is_not_positive_or_would_overflow_are_refused(inertia, options, error, words):
+    with pytest.raises(error, match=words):
+        second_order_gains(inertia, **options)
 
 
 def test_worst_case_gains_are_those_of_the_largest_inertia_or_of_the_one_given():

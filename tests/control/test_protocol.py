@@ -18,6 +18,7 @@ from lwr_dyn.control.protocol import (
     label_of,
     layers_of,
     positive_gains,
+    reset,
     saturate,
     saturating,
 )
@@ -62,31 +63,16 @@ def test_one_label_one_behaviour(source):
     assert len(pairs) == len(set(labels)) == len(set(behaviours))
 
 
-def test_a_label_names_controller_and_variant():
-    labels = {label_of(controller) for controller in (*variants(), *study_controllers())}
-    assert {
-        "PD + gravity, damping on dq", "PD + gravity, damping on dq_ref - dq, gains of the arm's file",
-        "PID, damping on dq", "inverse dynamics with feed-forward",
-        "inverse dynamics without feed-forward (ddq_ref := 0), without g",
-    } <= labels  # fmt: skip
-
-
-def test_describe_holds_the_label_and_a_function_is_its_name():
-    controller = make_controller("inverse-dynamics", ARM, feedforward=False)
-    assert describe(controller)["label"] == "inverse dynamics without feed-forward (ddq_ref := 0)"
-    assert label_of(len) == "len"
-
-
-def test_a_lambda_is_called_what_it_is_alone_and_in_a_wrapper():
-    law = lambda t, q, dq, q_ref, dq_ref, ddq_ref: -dq  # noqa: E731
-    assert describe(law) == {"name": "own controller", "label": "own controller", "parameters": {}}
-    run = lwr_dyn.simulate(ARM, law, lwr_dyn.reference("hold", ARM, q=np.zeros(ARM.n), duration=0.01))
-    assert "lambda" not in str(run.meta)
-
+def test_a_function_is_called_by_its_name_and_a_lambda_what_it_is():
     def brake(t, q, dq, q_ref, dq_ref, ddq_ref):
         return -dq
 
-    assert label_of(brake) == "brake"
+    law = lambda *state: brake(*state)  # noqa: E731
+    names = [describe(brake), describe(law)]
+    assert names == [{"name": x, "label": x, "parameters": {}} for x in ("brake", "own controller")]
+    run = lwr_dyn.simulate(ARM, law, lwr_dyn.reference("hold", ARM, q=np.zeros(ARM.n), duration=0.01))
+    assert "lambda" not in str(run.meta)
+    reset(brake)
 
 
 def test_torques_are_cut_at_the_limits_wherever_they_are_written():

@@ -14,14 +14,8 @@ from lwr_dyn.control.inertia.worst_case import (
     worst_case_inertias,
 )
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.arm import JointLimits
 from tests.random_arms import random_arm
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("lwr4plus")
 
 
 @pytest.fixture(scope="module")
@@ -117,11 +111,6 @@ def test_sliding_joints_are_searched_to_their_ends_and_to_their_vertex(seed):
     most, least = (worst_case_inertia(sliding, 0, smallest=s).value for s in (False, True))
     assert least * (1 - 1e-12) <= values.min() < 1.2 * least
     assert 0.8 * most < values.max() <= most * (1 + 1e-12)
-
-
-def test_an_arm_without_masses_has_no_inertia():
-    with pytest.raises(MissingDataError):
-        worst_case_inertias(lwr_dyn.load("lwr4"))
 
 
 def test_maxima_are_kept_by_the_content_of_the_arm(monkeypatch):

@@ -5,9 +5,7 @@ import pinocchio
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.laws import adaptive
 from lwr_dyn.control.laws.adaptive import SlotineLiRegressor
-from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.arm import arm_with_payload
 from tests.control.laws.mixed_recursion import mixed_regressor
 from tests.random_arms import random_arm
@@ -49,12 +47,7 @@ SLIPS = [
 
 
 @pytest.mark.slow
-def test_it_is_b_c_and_g():
-    check_against_b_c_and_g(adaptive)
-
-
-@pytest.mark.slow
-def test_slips_are_caught():
+def test_it_is_b_c_and_g_and_slips_are_caught():
     assert not uncaught("lwr_dyn.control.laws.adaptive", SLIPS, check_against_b_c_and_g)
 
 
@@ -69,18 +62,6 @@ def test_every_column_is_that_of_the_mixed_recursion(name):
         frames = np.array([pose.homogeneous for pose in list(data.oMi)[1:]])
         expected = mixed_regressor(frames, turns, arm.chain.gravity, u, w, a)
         np.testing.assert_allclose(regressor(q, u, w, a), expected, rtol=0, atol=EXACT * np.abs(expected).max())
-
-
-def test_with_one_velocity_it_is_inverse_dynamics():
-    regressor, dynamics = SlotineLiRegressor(ARMS["loaded"]), lwr_dyn.dynamics_of(ARMS["loaded"])
-    for q, u, _, a in STATES:
-        expected = dynamics.inverse_dynamics(q, u, a)
-        np.testing.assert_allclose(regressor.torque(q, u, u, a), expected, rtol=0, atol=1e-11)
-
-
-def test_an_arm_without_inertias_has_none():
-    with pytest.raises(MissingDataError):
-        SlotineLiRegressor(lwr_dyn.load("lwr4"))
 
 
 def test_one_joint_has_one_row():

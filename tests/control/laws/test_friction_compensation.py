@@ -9,10 +9,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller, split_name
 from lwr_dyn.control.gains import Linearised
-from lwr_dyn.control.laws import friction_compensation
 from lwr_dyn.control.laws.friction_compensation import FrictionCompensation
 from lwr_dyn.control.protocol import WithMemory, describe, reset
-from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
 from tests.slips import uncaught
@@ -61,10 +59,6 @@ SLIPS = [
 ]
 
 
-def test_the_formula():
-    check_formula(friction_compensation)
-
-
 def test_slips_are_caught():
     assert not uncaught("lwr_dyn.control.laws.friction_compensation", SLIPS, check_formula)
 
@@ -107,9 +101,6 @@ def test_names_with_wrappers():
     assert twice.name == "inverse-dynamics+friction+observer"
     assert (twice.width, twice.inner.width, twice.Kp[0]) == (0.5, 0.5, 400.0)
     assert twice.parameters["observer"]["gain"] == [30.0] * ARM.n
-    for again in ("inverse-dynamics+friction+friction", "inverse-dynamics+friction-measured+observer+friction"):
-        with pytest.raises(OptionError, match="friction again; allowed: friction compensated once"):
-            make_controller(again, ARM)
     with pytest.raises(AttributeError):
         twice.nothing  # noqa: B018
     assert set(split_name(name)[0] for name in CONTROLLERS.names) == set(CONTROLLERS.names)
@@ -121,22 +112,6 @@ def test_a_file_can_be_wrapped(tmp_path):
     wrapped = make_controller(f"{path}+friction", ARM)
     assert describe(wrapped)["name"] == "mine.py+friction"
     np.testing.assert_array_equal(wrapped(0.0, *STATE), wrapped.torque(STATE[3]))
-
-
-BAD = {
-    "no friction": (lambda: make_controller("pid+friction", BARE, inertia=np.ones(7)), MissingDataError, "friction of"),
-    "no wrapper": (lambda: make_controller("pid+frictoin", ARM), UnknownNameError, "did you mean friction"),
-    "width": (lambda: FrictionCompensation(inner(), ARM.friction, 0.0), OptionError, "width"),
-    "joints": (lambda: make_controller("pid+friction", ARM, friction=ARM.friction[:3]), ShapeError, "3 joints"),
-    "option": (lambda: make_controller("inverse-dynamics", ARM, friction_width=1.0), OptionError, "friction_width"),
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_bad_input(case):
-    call, kind, words = BAD[case]
-    with pytest.raises(kind, match=words):
-        call()
 
 
 def test_friction_that_is_given_takes_the_place_of_the_arms():
@@ -155,15 +130,3 @@ def test_the_reference_side_wins_where_joints_turn_round():
         error[name.rpartition("+")[2]] = np.sqrt(np.mean((run.q - run.q_ref) ** 2))
     assert error["friction"] < 0.05 * error["inverse-dynamics"]
     assert error["friction"] < error["friction-measured"] < 0.5 * error["inverse-dynamics"]
-
-
-def test_friction_that_is_adapted_is_not_compensated_too():
-    with pytest.raises(OptionError, match="adapted friction, and friction again; allowed: friction compensated once"):
-        make_controller("adaptive+observer+friction", ARM, adapt_friction=True)
-    assert make_controller("adaptive+friction", ARM).name == "adaptive+friction"
-
-
-def test_a_second_observer_is_refused():
-    for again in ("pid+observer+observer", "pid+observer+friction+observer"):
-        with pytest.raises(OptionError, match=r"observer.* with observer again; allowed: one observer"):
-            make_controller(again, ARM)

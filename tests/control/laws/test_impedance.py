@@ -5,19 +5,16 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.laws.impedance import SLOWEST, CartesianImpedance
-from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.kinematics.forward import jacobian
 from tests.control.laws.passivity import cartesian, jointly
 from tests.control.laws.written_out import (
     ARM,
-    REGULAR,
     ROAD_A,
     ROAD_B,
     carried,
     cartesian_impedance,
     slope,
     states,
-    tip_inertia,
 )
 from tests.slips import uncaught
 
@@ -117,53 +114,6 @@ def test_a_run_from_an_exactly_singular_pose_comes_to_rest():
     assert np.linalg.norm(tip[1] - tip[0]) < 1e-4
 
 
-def test_label_and_parameters_say_what_it_is():
-    law = CartesianImpedance(ARM, ROAD_A, posture=0.0, feedforward=False)
-    assert law.label == "Cartesian impedance without feed-forward and posture spring"
-    assert law.parameters["stiffness"] == [2000.0] * 3 + [200.0] * 3
-    assert law.parameters["posture_damping"] == 30.0
-
-
-@pytest.mark.parametrize(
-    "options",
-    [{"stiffness": 0.0}, {"stiffness": -5.0}, {"stiffness": [1.0, 1.0, 0.0]}, {"rotation": 0.0}, {"xi": -1.0},
-     {"posture": -1.0}, {"posture": float("nan")}, {"posture_damping": 0.0}],
-)  # fmt: skip
-def test_bad_numbers_are_refused(options):
-    with pytest.raises((OptionError, ShapeError), match=next(iter(options))):
-        CartesianImpedance(ARM, ROAD_A, **options)
-
-
-@pytest.mark.parametrize("stiffness", [[1.0, 2.0], np.eye(3), np.nan])
-def test_a_stiffness_of_another_shape_is_refused(stiffness):
-    with pytest.raises(ShapeError, match="stiffness"):
-        CartesianImpedance(ARM, ROAD_A, stiffness)
-
-
-def test_an_arm_with_five_joints_is_refused():
-    arm = lwr_dyn.load("lwr4plus", lock={"joint_3": 0.0, "joint_5": 0.0})
-    with pytest.raises(MissingDataError, match="six joints or more"):
-        lwr_dyn.controller("cartesian-impedance", arm)
-
-
-def test_an_arm_without_inertias_is_refused():
-    with pytest.raises(MissingDataError):
-        lwr_dyn.controller("cartesian-impedance", lwr_dyn.load("lwr4"))
-
-
-def test_the_command_refuses_a_stiffness_of_zero_in_one_line(lwr_dyn_command):
-    line = ("simulate", "lwr4plus", "--task", "hold", "--from-deg", "0,20,0,60,0,30,0")
-    code, out, err = lwr_dyn_command(*line, "--controller", "cartesian-impedance", "--stiffness", "0")
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "stiffness" in err
-
-
-def test_inertia_of_the_tip_is_that_of_the_second_road():
-    Lambda = tip_inertia(ARM, ROAD_B, REGULAR)[0]
-    (_, _, frequency, _), _ = CartesianImpedance(ARM, ROAD_A, 1000.0, 1000.0).at(REGULAR)
-    np.testing.assert_allclose(1000.0 / frequency**2, np.linalg.eigvalsh(Lambda), rtol=1e-9)
-
-
 MOVING_SLIPS = (
     ("0.5 * (dq + dq_ref)", "(dq + dq_ref)"),
     ("0.5 * (dq - dq_ref)", "0.5 * (dq + dq_ref)"),
@@ -183,7 +133,7 @@ def check_moving(module):
 
 
 def test_planted_slips_of_moving_are_caught():
-    assert not uncaught("lwr_dyn.control.laws.impedance", MOVING_SLIPS, check_moving)
+    assert not uncaught(MODULE, MOVING_SLIPS, check_moving)
 
 
 ROUNDING = 1e-9

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lwr_dyn.control.gains import modes, no_torque_known
+from lwr_dyn.control.gains import modes
 from lwr_dyn.kinematics.forward import jacobian
 from tests.control.laws.written_out import ARM, REGULAR, ROAD_B, designed_damping, tip_inertia
 from tests.slips import uncaught
@@ -47,7 +47,3 @@ def test_at_a_singular_pose_all_parts_stay_bounded():
     np.testing.assert_allclose(A.T @ A, np.eye(6), atol=1e-12)
     projected = L @ (np.eye(7) - A @ A.T) @ np.linalg.inv(L)
     np.testing.assert_allclose(J @ np.linalg.solve(B, projected), np.zeros((6, 7)), atol=1e-10)
-
-
-def test_no_torque_is_known_as_nan():
-    assert np.isnan(no_torque_known(3)).tolist() == [True] * 3

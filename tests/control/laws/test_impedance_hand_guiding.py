@@ -5,7 +5,6 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.laws.friction_compensation import HandGuiding
-from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.model.friction import smooth_friction
 from tests.control.laws.written_out import REGULAR, states
 from tests.slips import uncaught
@@ -20,8 +19,6 @@ SLIPS = (
     ("tau + self.share * self._friction(dq)", "tau + self._friction(dq)"),
     ("self._friction(dq) if", "self._friction(-dq) if"),
     ("smooth_friction(models, self.width)", "smooth_friction(models, 10 * self.width)"),
-    ("self.fading * B - slope", "self.fading * B + slope"),
-    ("(ahead - behind) / (2.0 * step)", "(ahead - behind) / step"),
 )
 
 
@@ -31,12 +28,6 @@ def check(law):
     for q, dq, *rest in states(WAM):
         expected = ROAD_B.gravity_vector(q) + 0.7 * friction(dq) - 2.0 * ROAD_B.mass_matrix(q) @ dq
         np.testing.assert_allclose(controller(0.0, q, dq, *rest), expected, atol=1e-10)
-    pose, still = REGULAR[None], np.zeros(7)
-    linear = controller.linear_feedback(pose)
-    step = 1e-6 * np.eye(7)
-    torque = [controller(0.0, REGULAR, -e, *[still] * 3) - controller(0.0, REGULAR, e, *[still] * 3) for e in step]
-    np.testing.assert_allclose(linear.velocity[0], np.array(torque).T / 2e-6, rtol=1e-5, atol=1e-3)
-    assert not linear.position.any()
 
 
 def test_planted_slips_are_caught():
@@ -67,19 +58,3 @@ def test_compensated_friction_brakes_less():
         law = HandGuiding(WAM, ROAD_A, fading=0.1, share=share)
         left.append(lwr_dyn.simulate(WAM, law, hold, **start, position_limits=False).q[-1, 0])
     assert left[0] < left[1] < left[2]
-
-
-def test_label_says_what_is_compensated(arm):
-    assert HandGuiding(WAM, ROAD_A).label == "hand guiding, 80% of the friction compensated"
-    assert lwr_dyn.controller("hand-guiding", arm).label == "hand guiding, friction not compensated"
-
-
-@pytest.mark.parametrize("options", [{"fading": 0.0}, {"width": -1.0}, {"share": 1.5}, {"share": float("nan")}])
-def test_bad_options_are_refused(options):
-    with pytest.raises(OptionError, match=next(iter(options))):
-        HandGuiding(WAM, ROAD_A, **options)
-
-
-def test_friction_that_the_file_does_not_give_is_refused(arm):
-    with pytest.raises(MissingDataError, match="friction"):
-        lwr_dyn.controller("hand-guiding", arm, share=0.5)

@@ -3,7 +3,6 @@
 from functools import cache
 
 import numpy as np
-import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
@@ -12,7 +11,6 @@ from lwr_dyn.control.laws.motor_side import MotorSide
 from lwr_dyn.control.paper_laws import PID
 from lwr_dyn.control.protocol import JointReadings, WithJointSensors, describe, reset
 from lwr_dyn.design.elastic_loop import ElasticArm, at_rest, continuous_poles
-from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from tests.slips import uncaught
 
 RNG = np.random.default_rng(27)
@@ -112,10 +110,3 @@ def test_interfaces_of_the_inner_law_stay():
     assert law.torque_and_rate.__func__ is PID.torque_and_rate
     assert describe(law)["name"] == "pid+motor-side+motor-side"
     assert describe(law)["parameters"]["gear_stiffness"] == [3e4] * 4 + [1.8e4] * 3
-
-
-def test_what_cannot_be_is_refused():
-    with pytest.raises(MissingDataError, match="stiffness not given"):
-        make_controller("inverse-dynamics+motor-side", lwr_dyn.load("wam7"))
-    with pytest.raises(OptionError, match="stiffness"):
-        make_controller("inverse-dynamics+motor-side", arm(), gear_stiffness=0.0)

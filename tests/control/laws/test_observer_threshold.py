@@ -89,15 +89,6 @@ def test_planted_slips_are_caught():
     assert not uncaught("lwr_dyn.control.laws.observer", SLIPS, check)
 
 
-def test_friction_is_in_the_level_where_it_is_known():
-    wam = lwr_dyn.load("wam7")
-    dynamics = lwr_dyn.dynamics_of(wam)
-    without = box_threshold(lwr_dyn.load("lwr4plus"), lwr_dynamics())
-    assert (friction_level(lwr()) == 0.0).all()
-    assert (box_threshold(wam, dynamics, 0.0).bias >= friction_level(wam)).all()
-    assert (without.bias > 0.0).all()
-
-
 @pytest.mark.parametrize(("gain", "cutoff"), [(50.0, 30.0), (20.0, 100.0), (2 * np.pi * 30.0, 30.0)])
 def test_the_gain_of_noise_is_that_of_the_two_filters_and_differences(gain, cutoff):
     """By SciPy's filter, over white noise as its impulse response; equal poles too."""
@@ -136,21 +127,19 @@ def test_the_levels_of_a_box_are_the_largest_of_its_poses():
     assert found.record() == {"bias": found.bias.tolist(), "inertia": found.inertia.tolist(), **record}
     parameters = lwr_dyn.controller("pid+observer", arm).parameters["observer"]
     assert (parameters["gain"], parameters["sigmas"]) == ([50.0] * 7, 7.0)
-    assert not CollisionThreshold(np.ones(7), None, 1e-5).sigma(GAINS, T).any()
-    assert not CollisionThreshold(np.ones(7), np.ones(7), 0.0).sigma(GAINS, T).any()
-    with pytest.raises(OptionError, match="observer noise: inf; allowed: a number >= 0, in rad or m"):
-        CollisionThreshold(np.ones(7), None, np.inf)
 
 
-def test_levels_of_ones_own_have_no_noise():
-    threshold = CollisionThreshold(np.full(7, 2.0))
-    np.testing.assert_array_equal(threshold.level(GAINS, T), np.full(7, 2.0))
-    assert threshold.record()["noise"] == 0.0
-
-
-def test_bad_noise_and_payload_are_refused():
-    with pytest.raises(OptionError, match="observer noise"):
-        CollisionThreshold(np.ones(7), np.ones(7), -1.0)
+def test_levels_without_inertia_or_noise_are_the_bias_and_friction_is_added_where_it_is_known():
+    for given in ((), (None, 1e-5), (np.ones(7), 0.0)):
+        threshold = CollisionThreshold(np.full(7, 2.0), *given)
+        np.testing.assert_array_equal(threshold.level(GAINS, T), np.full(7, 2.0))
+    assert CollisionThreshold(np.ones(7)).record()["noise"] == 0.0
+    wam = lwr_dyn.load("wam7")
+    assert not friction_level(lwr()).any()
+    np.testing.assert_array_equal(box_threshold(wam, lwr_dyn.dynamics_of(wam), 0.0).bias, friction_level(wam))
+    for noise in (np.inf, -1.0):
+        with pytest.raises(OptionError, match=f"observer noise: {noise}; allowed: a number >= 0, in rad or m"):
+            CollisionThreshold(np.ones(7), None, noise)
     with pytest.raises(OptionError, match="payload mass"):
         motion_threshold(lwr(), lwr_dynamics(), still(), payload=-1.0)
 
