@@ -23,11 +23,10 @@ from tests.simulation.sample_runs import MIDDLE, Still, joint_waves
 @pytest.mark.parametrize("elasticity", [5e3, 1e4, 3e4])
 def test_one_step_a_sample_against_radau(elasticity):
     run, fine = short_run(elasticity=elasticity), short_run(elasticity=elasticity, method="radau", substeps=2)
-    assert np.abs(run.q - fine.q).max() <= 1e-8
-    assert np.abs(run.signals["theta"] - fine.signals["theta"]).max() <= 1e-8
-    assert (run.meta["options"]["method"], fine.meta["options"]["method"]) == ("exponential", "radau")
-    assert run.audit["closed"]
-    assert fine.audit["closed"]
+    np.testing.assert_allclose([run.q, run.signals["theta"]], [fine.q, fine.signals["theta"]], rtol=0, atol=1e-8)
+    assert [(x.meta["options"]["method"], x.audit["closed"]) for x in (run, fine)] == [
+        ("exponential", True), ("radau", True)
+    ]  # fmt: skip
 
 
 @pytest.mark.slow
@@ -78,25 +77,20 @@ def test_a_link_stops_at_its_limit_while_its_motor_turns_on():
 
 
 def test_external_torques_act_on_the_links():
-    def push(t, q, dq):
-        return np.array([0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-
-    still = Still(MIDDLE, 0.2)
-    run = short_run(reference=still, external=push, duration=0.2)
+    torque = 5.0 * np.eye(7)[1]
+    run, alone = (
+        short_run(reference=Still(MIDDLE, 0.2), external=x, duration=0.2) for x in (lambda t, q, dq: torque, None)
+    )
     assert run.audit["closed"]
-    assert run.signals["tau_external"].tolist() == [[0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]] * 201
+    assert run.signals["tau_external"].tolist() == [torque.tolist()] * 201
     assert run.work["external"][-1] == pytest.approx(5.0 * (run.q[-1, 1] - run.q[0, 1]), rel=1e-6)
-    alone = short_run(reference=still, duration=0.2)
     assert run.q[-1, 1] > alone.q[-1, 1]
 
 
 def test_at_rest_the_springs_carry_the_arm():
-    def hold(t, q, dq, q_ref, dq_ref, ddq_ref):
-        return weight
-
-    run0 = short_run(reference=Still(MIDDLE, 0.02), duration=0.02)
-    weight = run0.signals["torque_sensor"][0]
-    run = short_run(hold, reference=Still(MIDDLE, 0.02), duration=0.02)
+    still = {"reference": Still(MIDDLE, 0.02), "duration": 0.02}
+    weight = short_run(**still).signals["torque_sensor"][0]
+    run = short_run(lambda *_: weight, **still)
     assert np.abs(run.q - MIDDLE).max() <= 1e-12
     assert run.signals["theta"][0] - MIDDLE == pytest.approx(weight / physical().elasticity.stiffness, rel=1e-12)
 
@@ -124,14 +118,18 @@ def test_a_loop_that_nothing_bounds_diverges_with_its_run():
     assert fault.value.run.meta["diverged"]["joint"] == fault.value.joint
 
 
-def test_a_run_file_keeps_the_motors(tmp_path):
-    run = short_run(duration=0.01)
+def test_a_run_file_and_its_figures_keep_the_motors(tmp_path):
+    run, elasticity = short_run(duration=0.01), physical().elasticity
     run.save(tmp_path / "run.npz")
     loaded = Run.load(tmp_path / "run.npz")
     assert np.array_equal(loaded.signals["theta"], run.signals["theta"])
-    assert loaded.meta["elasticity"]["stiffness"] == physical().elasticity.stiffness.tolist()
-    assert loaded.meta["elasticity"]["encoders"] == "motor"
     assert np.array_equal(loaded.work["damper"], run.work["damper"])
+    kept = loaded.meta["elasticity"]
+    assert (kept["stiffness"], kept["encoders"]) == (elasticity.stiffness.tolist(), "motor")
+    assert metrics(run, physical()).caveat == "rigid links, elastic joints"
+    assert run_record(replayed_runs([run], [physical()])[0])["tip_model"] == "rigid links, elastic joints"
+    again = audit(replace(run, setup=None))
+    assert (again.residual, again.actuator_gap, again.other_road) == (run.audit["residual"], None, None)
 
 
 @pytest.mark.parametrize(
@@ -151,15 +149,6 @@ def test_what_means_nothing_is_refused(options, message):
         short_run(**options)
 
 
-def test_figures_of_an_elastic_run_say_so():
-    run = short_run(duration=0.01)
-    assert metrics(run, physical()).caveat == "rigid links, elastic joints"
-    assert run_record(replayed_runs([run], [physical()])[0])["tip_model"] == "rigid links, elastic joints"
-    again = audit(replace(run, setup=None))
-    assert again.residual == run.audit["residual"]
-    assert (again.actuator_gap, again.other_road) == (None, None)
-
-
 @pytest.mark.slow
 def test_steep_smooth_friction_is_followed():
     run = short_run(friction=lambda dq: 5.0 * np.tanh(dq / 0.01), duration=0.02, substeps=4)
@@ -167,17 +156,15 @@ def test_steep_smooth_friction_is_followed():
     assert run.work["friction"][-1] < 0.0
 
 
-def test_its_tableau_integrates_polynomials():
+def pendulum(t, y):
+    return np.array([y[1], -np.sin(y[0])])
+
+
+def test_its_tableau_integrates_polynomials_with_order_five_on_a_pendulum():
     for k in range(3):
         assert STAGES @ TIMES**k == pytest.approx(TIMES ** (k + 1) / (k + 1), rel=1e-13)
     assert [STAGES[2] @ TIMES**k for k in range(5)] == pytest.approx([1 / (k + 1) for k in range(5)], rel=1e-13)
-
-
-def test_order_five_on_a_pendulum():
-    def rates(t, y):
-        return np.array([y[1], -np.sin(y[0])])
-
-    ends = [radau(2, 2**k)(rates, 0.0, np.array([1.0, 0.0]), 2.0)[0] for k in range(2, 8)]
+    ends = [radau(2, 2**k)(pendulum, 0.0, np.array([1.0, 0.0]), 2.0)[0] for k in range(2, 8)]
     errors = np.abs(np.array(ends[:3]) - ends[-1])
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(5.0, abs=0.3)
 
