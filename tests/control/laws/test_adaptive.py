@@ -94,15 +94,11 @@ def check_linear_form(module):
 
 
 SLIPS = [
-    ("dq_r = dq_ref + omega_n", "dq_r = dq_ref - omega_n"),
     ("s = dq - dq_r", "s = dq_r - dq"),
-    ("(dq_ref - dq - s)", "(dq_ref - dq + s)"),
-    ("rate = -self._gains * slope", "rate = self._gains * slope"),
     (" + self._armature * a", ""),
     ("self._armature * a ", "self._armature * ddq_ref "),
     (" + columns @ memory[:first]", ""),
     ("shape * s, dq_r * s", "shape * s, dq * s"),
-    ("(self._coulomb + memory[first", "(self._coulomb - memory[first"),
     ("tau += (self._viscous + memory[self._split :]) * dq_r", "tau += (self._viscous + memory[self._split :]) * dq"),
     ("(memory >= self._upper) & (rate > 0.0)", "(memory >= self._upper) & (rate < 0.0)"),
     ("(t - self._t) * self._rate", "self._rate"),

@@ -35,8 +35,6 @@ def check_against_b_c_and_g(module):
 
 
 SLIPS = [
-    ("Y -= self._columns_0", "Y += self._columns_0"),
-    ("half = 0.5 * (dq + dq_r)\n        Y:", "half = 0.5 * (dq - dq_r)\n        Y:"),
     ("half = 0.5 * (dq + dq_r)\n        tau:", "half = dq_r\n        tau:"),
     ("gravity=np.zeros(3)", "gravity=arm.chain.gravity"),
     ("half - dq_r, self._still", "half - dq_r, ddq_r"),

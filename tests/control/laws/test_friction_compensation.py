@@ -48,11 +48,6 @@ def check_formula(module):
 
 SLIPS = [
     ("dq if self.measured else dq_ref)", "dq_ref if self.measured else dq)"),
-    ("return self.torque(", "return -self.torque("),
-    ("smooth_friction(self.models, width)", "smooth_friction(self.models, 2 * width)"),
-    ("law.velocity - diagonal", "law.velocity + diagonal"),
-    ("/ (2 * h)", "/ h"),
-    ("WIDTH = 1e-3", "WIDTH = 1e-2"),
     ("friction_measured: bool = False", "friction_measured: bool = True"),
     ("friction_width=friction_width, friction_measured=True", "friction_width=friction_width, friction_measured=False"),
     ("self.linear_feedback = self._linear_feedback", "pass"),

@@ -14,7 +14,6 @@ SLIPS = (
     ("dtrtrs(root, weighted, lower=1)[0]", "dtrtrs(root, weighted, lower=1, trans=1)[0]"),
     ("dtrtrs(root, weighted, lower=1)[0]", "root @ weighted"),
     ("dgesdd(reduced, full_matrices=0)", "dgesdd(reduced.T, full_matrices=0)"),
-    ("Modes(root, joint, frequency, task)", "Modes(root, joint, frequency**2, task)"),
     ("    if fault:\n        return None\n", ""),
 )
 

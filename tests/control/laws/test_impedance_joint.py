@@ -15,7 +15,6 @@ SLIPS = (
     ("self.stiffness * (q_ref - q)", "self._root * (q_ref - q)"),
     ("self._root * (dq_ref - dq)", "self._root * (dq - dq_ref)"),
     ("self._root * (dq_ref - dq)", "self._root * (-dq)"),
-    ("joint.dot((2.0 * self.xi) * damped)", "joint.dot(self.xi * damped)"),
     ("tau += root.dot(joint", "tau += root.T.dot(joint"),
     ("tau = self._carried(q, dq, dq_ref, ddq_ref) +", "tau ="),
     ("self._carried(q, dq, dq_ref, ddq_ref)", "self._carried(q, dq, ddq_ref, dq_ref)"),

@@ -75,10 +75,8 @@ def check(module):
 
 
 SLIPS = (
-    ("seen.theta - self", "seen.theta + self"),
     ("seen.theta - self", "seen.q - self"),  # the wrong side of the gear
     ("seen.theta - self._gravity(q_ref) / self.stiffness", "seen.theta"),
-    ("self._gravity(q_ref) /", "self._gravity(q_ref) *"),
     ("self._gravity(q_ref) /", "self._gravity(seen.theta) /"),
     (", seen.dtheta", ", seen.dq"),
     ("readings.theta is readings.q", "False"),

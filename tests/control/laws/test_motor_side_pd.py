@@ -105,25 +105,15 @@ def test_the_law_is_the_written_one():
 
 
 SLIPS = (
-    ("q_ref + bend - seen.theta", "q_ref - bend - seen.theta"),
     ("q_ref + bend - seen.theta", "q_ref - seen.theta"),
     ("bend - seen.theta)", "bend - seen.q)"),  # the wrong side of the gear
     ("self._bend_rate - seen.dtheta", "self._bend_rate - seen.dq"),
-    ("self._bend_rate - seen.dtheta", "self._bend_rate + seen.dtheta"),
-    ("dq_ref + self._bend_rate", "dq_ref - self._bend_rate"),
     ("dq_ref + self._bend_rate", "dq_ref"),
-    ("(bend - self._bend) / (t - self._t)", "(bend - self._bend) * (t - self._t)"),
     ("bend -= self.rotor * self._compliance * ddq_ref", "bend -= 0.0"),  # the link does not carry its rotor
-    ("u -= self._excess * ddq_ref", "u += self._excess * ddq_ref"),
-    ("(1.0 - 1.0 / self.lighter)", "(self.lighter - 1.0)"),
-    ("(u - seen.torque)", "(u + seen.torque)"),
-    ("u + (self.lighter - 1.0) * (u", "u + self.lighter * (u"),
-    ("1.0 / self.stiffness", "self.stiffness"),
     ("readings.theta is readings.q", "readings.theta is not readings.q"),
     ("self.Kp * (q_ref - q)", "self.Kp * (q - q_ref)"),
     ("diagonal(r * self.Kp, k)", "diagonal(self.Kp, k)"),
     ("diagonal(r * self.Kd, k)", "diagonal(self.Kd / r, k)"),
-    ("r - 1.0), k)", "1.0 - r), k)"),
     (", motor=True", ", motor=False"),
     ("1.0 / self.Kp + self._compliance", "1.0 / self.Kp"),
 )

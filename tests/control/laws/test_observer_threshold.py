@@ -73,7 +73,6 @@ def check(module):
 
 SLIPS = (
     ("* (1 - a) * (1 - c) / interval**2", "* (1 - a) / interval**2"),
-    ("/ interval**2", "/ interval"),
     ("np.diff(both, 2,", "np.diff(both, 1,"),
     ("(a ** (k + 1) - c ** (k + 1)) / (a - c)", "a**k - c**k"),
     ("self.bias + SIGMAS * self.sigma", "self.bias + self.sigma"),

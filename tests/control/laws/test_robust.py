@@ -54,17 +54,13 @@ def check_law(module):
 
 
 SLIPS = [
-    ("sliding(self.omega_n, q, dq,", "sliding(-self.omega_n, q, dq,"),
     ("self._regressor(q, dq, dq_r, a)", "self._regressor(q, dq, dq, a)"),
-    ("self.scale * (s @ load)", "self.scale * (-s @ load)"),
     ("self._armature * a -", "self._armature * ddq_ref -"),
-    ("self._armature * a - load", "self._armature * a + load"),
     ("(self.rho / size) * self.scale * z", "(self.rho / size) * z"),
     ("max(sqrt(z.dot(z)), self.layer)", "self.layer"),
     ("max(sqrt(z.dot(z)), self.layer)", "sqrt(z.dot(z))"),
     ("max(sqrt(z.dot(z)), self.layer)", "max(z.dot(z), self.layer)"),
     ("self.scale * (s @ load)", "s @ load"),
-    ("arm_with_payload(arm, most / 2)", "arm_with_payload(arm, most)"),
     ("SPARE * float(np.linalg.norm(load / scale))", "0.1"),
 ]
 

@@ -79,19 +79,10 @@ TAU = np.concatenate([np.linspace(-1.0, 1.0, 7), np.linspace(20.0, -3.0, 7)])
 
 
 MODEL_SLIPS = (
-    ("turn, speed = x[..., n:] - x[..., :n], dx[..., n:] - dx[..., :n]",
-     "turn, speed = x[..., n:] - x[..., :n], dx[..., n:] + dx[..., :n]"),
-    ("self.stiffness * turn + self.damping * speed", "self.stiffness * turn - self.damping * speed"),
-    ("return np.asarray(-(speed * speed) @ self.damping)", "return np.asarray(-(speed * speed) @ self.damping / 2)"),
-    ("tau[:n] + gear)\n        out[n:]", "tau[:n] - gear)\n        out[n:]"),
-    ("out[n:] = (tau[n:] - gear) / self.rotor", "out[n:] = (tau[n:] + gear) / self.rotor"),
     ("out[n:] = (tau[n:] - gear) / self.rotor", "out[n:] = tau[n:] / self.rotor"),
-    ("bias_torque(x[..., :n], dx[..., :n]) - gear, gear]", "bias_torque(x[..., :n], dx[..., :n]) - gear, -gear]"),
     ("bias_torque(x[..., :n], dx[..., :n]) - gear, gear]", "bias_torque(x[..., n:], dx[..., :n]) - gear, gear]"),
-    ("self.rotor = arm.armature", "self.rotor = 2 * arm.armature"),
     ("replace(link, rotor=None)", "link"),
     ("((dx[:, n:] ** 2) @ self.rotor", "((dx[:, :n] ** 2) @ self.rotor"),
-    ("(turn * turn) @ self.stiffness) / 2", "(turn * turn) @ self.stiffness)"),
     ("np.subtract(over_q, spring,", "np.add(over_q, spring,"),
     ("np.subtract(over_dq, damper,", "np.subtract(over_q, damper,"),
     ("return np.array([K, -K, D, -D])", "return np.array([K, -K, -D, D])"),

@@ -1,5 +1,6 @@
 """Elastic runs: against Radau, the rigid limit, energy, stick, stops, external torques, and what is refused."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from lwr_dyn.simulation.elastic.plant import elastic_plant
 from lwr_dyn.simulation.elastic.run import STAGES, TIMES, radau, second_road
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
+from tests.json_schemas import faults
 from tests.simulation.elastic.elastic_arms import FRICTION, law, physical, short_run
 from tests.simulation.sample_runs import MIDDLE, Still, joint_waves
 
@@ -140,13 +142,50 @@ def test_a_run_file_and_its_figures_keep_the_motors(tmp_path):
         ({"elasticity": 0.0}, "stiffness: 0.0; allowed"),
         ({"encoders": "both"}, "encoders: 'both'; allowed: motor, link"),
         ({"elasticity": None, "encoders": "link"}, "encoders: would do nothing with rigid joints"),
-        ({"elasticity": None, "method": "radau"}, "method: would do nothing with rigid joints"),
+        ({"elasticity": None, "method": "radau"}, "method: would do nothing with rigid joints; allowed: with elastic"),
         ({"elasticity": JointElasticity([1.0], [0.0])}, "joint stiffness: 1 number; allowed: 7"),
     ],
 )
 def test_what_means_nothing_is_refused(options, message):
     with pytest.raises(ValueError, match=message):
         short_run(**options)
+
+
+HOLD = ("simulate", "lwr4plus", "--reading", "physical", "--task", "hold", "--from-deg", "0,30,0,-60,0,30,0")
+SHORT = (*HOLD, "--duration", "0.02", "--controller", "inverse-dynamics")
+WAM = ("simulate", "wam7", "--task", "hold", "--from-deg", "0,-60,0,90,0,0,0", "--duration", "0.01", "--own-gains")
+
+
+@pytest.mark.slow
+def test_a_run_of_the_command_and_its_record(lwr_dyn_command):
+    code, out, err = lwr_dyn_command(*SHORT, "--elastic", "file")
+    assert code == 0
+    assert all(line.startswith("note: ") for line in err.splitlines())  # this law is unstable in some of the box
+    for words in ("damper -", "inverse dynamics by newton-euler and Radau IIA 5 at", "plant elastic joints, motor enc"):
+        assert words in out
+    code, out, _ = lwr_dyn_command(*SHORT, "--elastic", "3e4", "--encoders", "link", "--substeps", "2", "--json")
+    record = json.loads(out)
+    meta = record["meta"]
+    assert (code, faults("simulate", record), meta["audit"]["closed"]) == (0, [], True)
+    assert max(meta["elasticity"]["stiffness"]) == pytest.approx(3e4)
+    assert (meta["elasticity"]["encoders"], meta["options"]["method"]) == ("link", "exponential")
+    assert (meta["note"]["plant"], meta["cut_share"]) == ("elastic joints of 3e4 N m/rad, link encoders", [0.0] * 7)
+    assert lwr_dyn_command(*WAM, "--elastic", "2e4", "--friction", "none")[0] == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ((*SHORT, "--encoders", "link"), "--encoders: would do nothing here; allowed: with --elastic"),
+        ((*SHORT, "--elastic", "1e4", "--reading", "computed"), "too light for elastic joints"),
+        ((*WAM, "--elastic", "file"), "lwr-dyn: wam7: joint stiffness not given; needed for elastic joints\n"),
+    ],
+)
+def test_what_the_command_refuses_is_one_line(line, message, lwr_dyn_command):
+    code, out, err = lwr_dyn_command(*line)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert message in err
 
 
 @pytest.mark.slow
@@ -169,33 +208,27 @@ def test_its_tableau_integrates_polynomials_with_order_five_on_a_pendulum():
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(5.0, abs=0.3)
 
 
-def test_stiff_motion_and_time():
-    end = radau(1, 10)(lambda t, y: -1e7 * (y - np.cos(t)) - np.sin(t), 0.0, np.array([1.0]), 1.0)
-    assert end[0] == pytest.approx(np.cos(1.0), abs=1e-9)
-
-
-def test_work_is_summed_beside_the_motion():
-    def rates(t, y):
+def test_work_is_summed_beside_the_motion_of_stiff_equations_and_what_rests_stays_to_the_last_bit():
+    def swing(t, y):
         return np.array([y[1], -y[0], y[1] ** 2])
 
+    def resting(t, y):
+        q, rest, dq, still = y
+        return np.array([dq, still, -1e4 * (q - rest) - 10.0 * dq, 0.0])
+
     for _ in range(2):  # the second time with slopes that are known
-        end = radau(2, 16)(rates, 0.0, np.array([0.0, 1.0, 0.0]), 1.0)
+        end = radau(2, 16)(swing, 0.0, np.array([0.0, 1.0, 0.0]), 1.0)
         assert end[2] == pytest.approx(0.5 + np.sin(2.0) / 4, abs=1e-9)
+    end = radau(1, 10)(lambda t, y: -1e7 * (y - np.cos(t)) - np.sin(t), 0.0, np.array([1.0]), 1.0)
+    assert end[0] == pytest.approx(np.cos(1.0), abs=1e-9)
+    end = radau(4, 3)(resting, 0.0, np.array([1.0, 0.3, 0.0, 0.0]), 0.01)
+    assert (end[1], end[3]) == (0.3, 0.0)
 
 
 @pytest.mark.parametrize("rates", [lambda t, y: y / 0.0, lambda t, y: 1e30 * y**2])
 def test_a_step_that_fails_is_not_finite(rates):
     with np.errstate(all="ignore"):
         assert np.isnan(radau(1)(rates, 0.0, np.array([1.0]), 1.0)).all()
-
-
-def test_what_rests_stays_to_the_last_bit():
-    def rates(t, y):
-        q, rest, dq, still = y
-        return np.array([dq, still, -1e4 * (q - rest) - 10.0 * dq, 0.0])
-
-    end = radau(4, 3)(rates, 0.0, np.array([1.0, 0.3, 0.0, 0.0]), 0.01)
-    assert (end[1], end[3]) == (0.3, 0.0)
 
 
 def judged(run):
