@@ -1,6 +1,7 @@
 """What a run holds: what made it, saturation, mismatch, payload, sensors, progress."""
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,11 +12,12 @@ from lwr_dyn.control.paper_laws import PID, InverseDynamics
 from lwr_dyn.foundation.errors import UnknownNameError
 from lwr_dyn.model.arm import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.run import Run
-from lwr_dyn.simulation.audit import audit
+from lwr_dyn.simulation.audit import ENERGY_TOLERANCE, audit
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import Loop, prepare
 from lwr_dyn.simulation.simulate import CASES, free_swing, run_setup, simulate
+from lwr_dyn.trajectory.references.ist import ist_reference
 from tests.simulation.sample_runs import (
     MIDDLE,
     WORST_CASE,
@@ -207,3 +209,23 @@ def test_rk4_with_stops_loses_only_what_the_stops_take():
     assert run.energy[-1] < run.energy[0] - 0.1
     assert audit(run).residual <= 1e-6
     assert metrics(run, lwr()).limit_margin.min() >= -1e-9
+
+
+@cache
+def ist():
+    return ist_reference(lwr())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", controllers())
+def test_limits_are_kept_and_energy_balances(name):
+    run = simulate(lwr(), controllers()[name], ist())
+    assert audit(run, lwr_dynamics("newton-euler")).worst_energy <= ENERGY_TOLERANCE
+    assert metrics(run, lwr()).within_limits
+    assert run.events == ()
+
+
+def test_feed_forward_on_the_exact_model_keeps_the_tip_within_a_hundredth_of_a_millimetre():
+    run = simulate(lwr(), controllers()["inverse-dynamics"], ist())
+    assert metrics(run, lwr()).tip_max_mm < 0.01
+    assert run.meta["reference"]["about"]["task"] == "ist"

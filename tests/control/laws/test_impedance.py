@@ -1,18 +1,20 @@
-"""Cartesian impedance: its formula by the second road, projector, arms and tools, and bad input."""
+"""Cartesian and joint impedance: formulas by the second road, projector, damping ratios, arms, tools, passivity."""
 
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.laws.impedance import SLOWEST, CartesianImpedance
+from lwr_dyn.control.laws.impedance import SLOWEST, CartesianImpedance, JointImpedance
 from lwr_dyn.kinematics.forward import jacobian
 from tests.control.laws.passivity import cartesian, jointly
 from tests.control.laws.written_out import (
     ARM,
+    REGULAR,
     ROAD_A,
     ROAD_B,
     carried,
     cartesian_impedance,
+    joint_impedance,
     slope,
     states,
 )
@@ -58,7 +60,6 @@ def check(law):
     np.testing.assert_allclose(lost @ tau, -2.0 * XI * SLOWEST, rtol=1e-4)
 
 
-@pytest.mark.slow
 def test_planted_slips_are_caught():
     assert not uncaught(MODULE, SLIPS, check)
 
@@ -75,8 +76,7 @@ def test_the_posture_spring_does_not_accelerate_the_tip():
 
 def test_six_joints_leave_no_posture():
     arm = lwr_dyn.load("lwr4plus", lock={"joint_3": 0.3}, reading="physical")
-    model = lwr_dyn.dynamics_of(arm)
-    state = next(iter(states(arm)))
+    model, state = lwr_dyn.dynamics_of(arm), next(iter(states(arm)))
     soft, hard = (CartesianImpedance(arm, model, posture=w)(0.0, *state) for w in (0.0, 40.0))
     np.testing.assert_allclose(soft, hard, atol=1e-9)
 
@@ -116,10 +116,13 @@ MOVING_SLIPS = (
 
 def check_moving(module):
     forward, plain = (module.carried_torque(ROAD_A, both) for both in (True, False))
-    for q, dq, _, dq_ref, ddq_ref in states(ARM):
-        expected = carried(ROAD_B, q, dq, dq_ref, ddq_ref)
+    for q, dq, q_ref, dq_ref, ddq_ref in states(ARM):
+        expected, gravity = carried(ROAD_B, q, dq, dq_ref, ddq_ref), ROAD_B.gravity_vector(q)
         np.testing.assert_allclose(forward(q, dq, dq_ref, ddq_ref), expected, atol=1e-11)
-        np.testing.assert_allclose(plain(q, dq, dq_ref, ddq_ref), ROAD_B.gravity_vector(q), atol=1e-12)
+        np.testing.assert_allclose(plain(q, dq, dq_ref, ddq_ref), gravity, atol=1e-12)
+        laws = (module.JointImpedance(ROAD_A, STIFF, RATIO, feedforward=x) for x in (True, False))
+        torques = [law(0.0, q, dq, q_ref, dq_ref, ddq_ref) for law in laws]
+        np.testing.assert_allclose(torques[0] - torques[1], expected - gravity, atol=1e-10)
 
 
 def test_planted_slips_of_moving_are_caught():
@@ -166,3 +169,69 @@ def test_a_law_that_gives_energy_is_seen():
     """The check itself: a spring with the wrong sign of damping."""
     run = cartesian(seconds=0.3, slip=lambda tau, dq: tau + 40.0 * dq)
     assert np.diff(run.law_loss).min() < -1e-6
+
+
+STIFF, RATIO = np.array([900.0, 800.0, 500.0, 400.0, 90.0, 60.0, 40.0]), 0.7
+MODULE = "lwr_dyn.control.laws.impedance"
+JOINT_SLIPS = (
+    ("self.stiffness * (q_ref - q)", "self.stiffness * (q - q_ref)"),
+    ("self.stiffness * (q_ref - q)", "self._root * (q_ref - q)"),
+    ("self._root * (dq_ref - dq)", "self._root * (dq - dq_ref)"),
+    ("self._root * (dq_ref - dq)", "self._root * (-dq)"),
+    ("tau += root.dot(joint", "tau += root.T.dot(joint"),
+    ("tau = self._carried(q, dq, dq_ref, ddq_ref) +", "tau ="),
+    ("self._carried(q, dq, dq_ref, ddq_ref)", "self._carried(q, dq, ddq_ref, dq_ref)"),
+)
+
+
+def check_joint(law):
+    controller = law.JointImpedance(ROAD_A, STIFF, RATIO)
+    for state in states(ARM):
+        expected = joint_impedance(ROAD_B, state, STIFF, RATIO)
+        np.testing.assert_allclose(controller(0.0, *state), expected, rtol=0, atol=1e-10)
+
+
+def test_planted_slips_of_the_joint_law_are_caught():
+    assert not uncaught(MODULE, JOINT_SLIPS, check_joint)
+
+
+def test_every_mode_has_the_damping_ratio():
+    controller = JointImpedance(ROAD_A, STIFF, RATIO)
+    for q, *_ in states(ARM):
+        solved = np.linalg.solve(ROAD_B.mass_matrix(q), np.hstack([np.diag(STIFF), controller.damping(q)]))
+        poles = np.linalg.eigvals(np.block([[np.zeros((7, 7)), np.eye(7)], [-solved]]))
+        np.testing.assert_allclose(-poles.real / np.abs(poles), RATIO, rtol=1e-6)
+
+
+@pytest.mark.slow
+def test_energy_of_the_error_falls_along_a_moving_reference():
+    """V = (de^T B de + e^T STIFF e) / 2 never rises with the law evaluated continuously."""
+    law = JointImpedance(ROAD_A, STIFF, RATIO)
+    move = lwr_dyn.reference("point-to-point", ARM, start=[0.2] * 7, end=[0.9] * 7, duration=1.0)
+    q0 = np.full(7, 0.2) + 0.1
+    run = lwr_dyn.simulate(ARM, law, move, q0=q0, continuous=True, saturate=False, friction="none")
+    e, de = run.q_ref - run.q, run.dq_ref - run.dq
+    V = (np.einsum("ki,kij,kj->k", de, ROAD_B.mass_matrix(run.q), de) + np.einsum("ki,i,ki->k", e, STIFF, e)) / 2
+    assert V[-1] < 1e-3 * V[0]
+    assert np.diff(V).max() <= 1e-13 * V[0]
+
+
+def test_stiffness_is_what_was_asked_under_a_load():
+    """A payload that only the plant has: at rest e = STIFF^-1 (g - g_model)."""
+    law = lwr_dyn.controller("joint-impedance", ARM, stiffness=2000.0)
+    hold = lwr_dyn.reference("hold", ARM, q=REGULAR, duration=2.0)
+    run = lwr_dyn.simulate(ARM, law, hold, payload=1.0, friction="none")
+    loaded = lwr_dyn.dynamics_of(run.setup.plant.arm)
+    missing = loaded.gravity_vector(run.q[-1]) - ROAD_B.gravity_vector(run.q[-1])
+    np.testing.assert_allclose(2000.0 * (run.q_ref[-1] - run.q[-1]), missing, atol=1e-4 * np.abs(missing).max())
+
+
+def test_a_model_that_is_no_mass_gives_no_torque():
+    class Unphysical:
+        n = 7
+        mass_matrix = staticmethod(lambda q: np.diag([1.0] * 6 + [-1.0]))
+        gravity_vector = inverse_dynamics = bias_torque = staticmethod(lambda q, *rest: np.zeros(7))
+
+    law, rest = JointImpedance(Unphysical(), 100.0), np.zeros(7)
+    assert np.isnan(law(0.0, rest, rest, rest, rest, rest)).all()
+    assert np.isnan(law.linear_feedback(np.zeros((1, 7))).velocity).all()
