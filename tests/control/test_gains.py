@@ -4,14 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.gains import (
-    LARGEST,
-    diagonal,
-    gravity_stiffness,
-    modes,
-    second_order_gains,
-    worst_case_gains,
-)
+from lwr_dyn.control.gains import LARGEST, diagonal, gravity_stiffness, modes, second_order_gains, worst_case_gains
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.forward import jacobian

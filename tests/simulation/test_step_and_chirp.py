@@ -8,13 +8,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.step_and_chirp import (
-    _first,
-    frequency_responses,
-    response_parts,
-    responses_of,
-    step_responses,
-)
+from lwr_dyn.simulation.step_and_chirp import _first, frequency_responses, response_parts, responses_of, step_responses
 from tests.simulation.answers import ARM, OMEGA, START, answered
 
 

@@ -108,10 +108,7 @@ def test_a_run_from_an_exactly_singular_pose_comes_to_rest():
     assert np.linalg.norm(tip[1] - tip[0]) < 1e-4
 
 
-MOVING_SLIPS = (
-    ("+ gravity(q)\n", "\n"),
-    ("carried if feedforward else held", "held if feedforward else carried"),
-)
+MOVING_SLIPS = (("+ gravity(q)\n", "\n"), ("carried if feedforward else held", "held if feedforward else carried"))
 
 
 def check_moving(module):
