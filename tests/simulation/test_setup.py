@@ -78,24 +78,16 @@ def test_a_controller_that_gives_something_else(torque, continuous):
         simulate(lwr(), lambda *state: torque, joint_waves(), duration=0.01, continuous=continuous)
 
 
-def test_a_list_of_numbers_is_a_torque():
-    run = simulate(lwr(), lambda *state: [1.0] * 7, joint_waves(), duration=0.01)
-    assert (run.tau_command == 1.0).all()
-
-
-def test_an_infeasible_arm_is_refused_unless_allowed():
+def test_an_infeasible_arm_is_refused_unless_allowed_and_an_encoder_that_cannot_be():
     bodies = list(lwr().chain.bodies)
     bodies[2] = Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.5]))
     arm = lwr().with_chain(with_bodies(lwr().chain, bodies))
     with pytest.raises(NotPhysicalError, match="link_3"):
         free_swing(arm, duration=0.01, engine="newton-euler")
     assert free_swing(arm, duration=0.01, engine="newton-euler", allow_unphysical=True).t.size == 11
-
-
-@pytest.mark.parametrize("option", [{"resolution": -1.0}, {"noise": -1.0}, {"noise": np.nan}])
-def test_an_encoder_that_cannot_be(option):
-    with pytest.raises(OptionError, match="encoder"):
-        Encoder(**option)
+    for option in ({"resolution": -1.0}, {"noise": -1.0}, {"noise": np.nan}):
+        with pytest.raises(OptionError, match="encoder"):
+            Encoder(**option)
 
 
 @pytest.mark.slow
