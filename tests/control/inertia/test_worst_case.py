@@ -1,6 +1,7 @@
 """The global search: never beaten by brute force, and it reports its steps."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -100,15 +101,32 @@ def test_along_one_joint_the_largest_value_is_found_to_its_last_digits(arm):
         assert np.abs(slope[inside]).max() < 1e-12 * np.abs(waves).max()
 
 
+def sliding(seed):
+    """A random arm whose third and fifth joint slide, in a box."""
+    loose = random_arm(seed, "RRPRP")
+    return replace(loose, limits=(JointLimits(lower=-0.6, upper=0.9),) * loose.n)
+
+
+def test_along_a_sliding_joint_an_end_or_the_vertex_of_the_parabola_is_best():
+    arm, grid = sliding(0), np.linspace(-0.6, 0.9, 3001)
+    recursion, kinds = Recursion.of(arm.chain), tuple(link.kind for link in arm.chain.links)
+    q, ends = np.random.default_rng(4).uniform(-0.6, 0.9, (20, 5)), set()
+    for sign, joint in product((1.0, -1.0), (2, 4)):
+        inertia = JointInertia(recursion, kinds, 0, arm.lower, arm.upper, sign)
+        best, values = inertia.line_maximum(q, joint), inertia.at(with_joint_values(q, joint, grid))
+        found = np.array([inertia.at(with_joint_values(q[[k]], joint, best[[k]]))[0, 0] for k in range(20)])
+        np.testing.assert_allclose(found, values.max(axis=1), rtol=1e-6, atol=1e-9)
+        assert (found >= values.max(axis=1) - 1e-12).all()
+        ends |= set(np.isclose(np.abs(best - 0.15), 0.75).tolist())
+    assert ends == {True, False}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2, 3])
 def test_sliding_joints_are_searched_to_their_ends_and_to_their_vertex(seed):
-    loose = random_arm(seed, "RRPRP")
-    box = JointLimits(lower=-0.6, upper=0.9)
-    sliding = replace(loose, limits=tuple(box for _ in loose.limits))
-    q = np.random.default_rng(seed).uniform(-0.6, 0.9, (50_000, 5))
-    values = diagonal(Recursion.of(sliding.chain), 0, q)
-    most, least = (worst_case_inertia(sliding, 0, smallest=s).value for s in (False, True))
+    arm, q = sliding(seed), np.random.default_rng(seed).uniform(-0.6, 0.9, (50_000, 5))
+    values = diagonal(Recursion.of(arm.chain), 0, q)
+    most, least = (worst_case_inertia(arm, 0, smallest=s).value for s in (False, True))
     assert least * (1 - 1e-12) <= values.min() < 1.2 * least
     assert 0.8 * most < values.max() <= most * (1 + 1e-12)
 

@@ -114,12 +114,7 @@ SLIPS = [
 ]
 
 
-def test_its_lyapunov_function_falls_by_the_damping_alone():
-    check_law(adaptive)
-
-
-@pytest.mark.slow
-def test_slips_are_caught():
+def test_its_lyapunov_function_falls_by_the_damping_alone_and_slips_are_caught():
     assert not uncaught("lwr_dyn.control.laws.adaptive", SLIPS, check_law)
 
 
@@ -161,10 +156,8 @@ def test_sampled_its_lyapunov_function_rises_by_the_square_of_the_step():
 
 @pytest.mark.slow
 def test_with_an_unknown_load_the_second_pass_is_a_hundred_times_better():
-    move = Twice(SHORT, 1.0)
-    fixed = learning.only_pass(SHORT)
-    learnt, run = learning.second_pass("adaptive", move)
-    assert fixed > 100.0 * learnt
+    learnt, run = learning.second_pass("adaptive", Twice(SHORT, 1.0))
+    assert learning.only_pass(SHORT) > 100.0 * learnt
     mass, first = run.signals["adapted_payload"][-1][[0, 3]]
     assert mass == pytest.approx(3.0, rel=0.01)
     assert first == pytest.approx(3.0 * 0.078, rel=0.02)  # the flange is 78 mm from the last joint

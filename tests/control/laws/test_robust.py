@@ -65,13 +65,9 @@ SLIPS = [
 ]
 
 
-def test_its_lyapunov_function_falls_but_for_the_layer():
-    check_law(robust)
-
-
-@pytest.mark.slow
-def test_slips_are_caught():
+def test_its_lyapunov_function_falls_but_for_the_layer_and_slips_are_caught():
     assert not uncaught("lwr_dyn.control.laws.robust", SLIPS, check_law)
+    assert not hasattr(make_controller("robust", ARM, MODEL), "reset")
 
 
 @pytest.mark.slow
@@ -116,7 +112,3 @@ def test_the_largest_load_of_a_light_arm_and_of_one_that_does_not_hold_itself_is
     light = with_limits(ARM.with_chain(with_bodies(ARM.chain, bodies)), None)
     assert robust.unrated_load(light, lwr_dyn.dynamics_of(light)) == pytest.approx(0.5 * mass / 20, rel=1e-12)
     assert robust.unrated_load(with_limits(ARM, 1.0), MODEL) == pytest.approx(0.01 * mass, rel=1e-12)
-
-
-def test_it_keeps_nothing_from_call_to_call():
-    assert not hasattr(make_controller("robust", ARM, MODEL), "reset")

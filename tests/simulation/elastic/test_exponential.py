@@ -43,17 +43,24 @@ def test_the_weights_integrate_polynomials_of_degree_nine():
     assert [WEIGHTS @ nodes**k for k in range(10)] == pytest.approx([1 / (k + 1) for k in range(10)], rel=1e-13)
 
 
+def push(t, x, dx):
+    return np.concatenate([3.0 * np.sin(300 * t) - 50.0 * x[:7] - 0.1 * dx[:7] + x[0], np.zeros(7)])
+
+
 @pytest.mark.parametrize("factor", [1.0, 1e4])
-def test_a_step_against_radau(factor):
+@pytest.mark.parametrize("external", [None, push])
+def test_a_step_against_radau(factor, external):
+    """With an external torque that changes with time, place and speed too; springs not turned at the start."""
     own = physical().elasticity
     model = ElasticDynamics(physical(), JointElasticity(factor * own.stiffness, factor * own.damping))
     state = states(4, 1)[0]
-    if factor > 1.0:
+    if factor > 1.0 or external is not None:
         state[:, 7:] = state[:, :7]
-    held, after, _ = stepped(model, state, 1e-3, substeps=4)
-    expected = exact(model, state, TAU, 1e-3)
+    held, after, works = stepped(model, state, 1e-3, substeps=4, external=external)
+    expected = exact(model, state, TAU, 1e-3, external=external or (lambda t, x, dx: 0.0))
     assert np.abs(after[0] - expected[:14]).max() <= 1e-8
     assert held.damped == pytest.approx(expected[28], rel=2e-2)
+    assert external is None or works[2] == pytest.approx(expected[30], rel=1e-4)
 
 
 STEP_SLIPS = (
@@ -115,19 +122,6 @@ def test_friction_and_a_motor_at_rest():
     assert works == pytest.approx((0.0, expected[29]), rel=1e-5)
 
 
-def test_an_external_torque_that_changes_with_time_place_and_speed():
-    def push(t, x, dx):
-        return np.concatenate([3.0 * np.sin(300 * t) - 50.0 * x[:7] - 0.1 * dx[:7] + x[0], np.zeros(7)])
-
-    model = ElasticDynamics(physical(), physical().elasticity)
-    state = states(7, 1)[0]
-    state[:, 7:] = state[:, :7]
-    _, after, works = stepped(model, state, 1e-3, substeps=4, external=push)
-    expected = exact(model, state, TAU, 1e-3, external=push)
-    assert np.abs(after[0] - expected[:14]).max() <= 1e-8
-    assert works[2] == pytest.approx(expected[30], rel=1e-4)
-
-
 class Reader:
     """A law that stores what it is given; its torque is constant."""
 
@@ -148,12 +142,10 @@ class Reader:
 def test_one_side_is_given_and_both_are_read(side, delay):
     law = Reader()
     run = short_run(law, encoders=side, duration=0.01, delay=delay)
-    signals = run.signals
-    side_of = {"motor": (signals["theta"], signals["dtheta"]), "link": (run.q, run.dq)}
-    assert np.array_equal(np.array(law.given).swapaxes(0, 1), side_of[side])
-    expected = (signals["theta"], signals["dtheta"], run.q, run.dq, signals["torque_sensor"])
-    assert np.array_equal(np.array(law.read).swapaxes(0, 1), expected)
-    assert signals["count"][:, 0].tolist() == [float(k) for k in range(1, 12)]
+    motor, link = (run.signals["theta"], run.signals["dtheta"]), (run.q, run.dq)
+    assert np.array_equal(np.array(law.given).swapaxes(0, 1), motor if side == "motor" else link)
+    assert np.array_equal(np.array(law.read).swapaxes(0, 1), (*motor, *link, run.signals["torque_sensor"]))
+    assert run.signals["count"][:, 0].tolist() == [float(k) for k in range(1, 12)]
     assert np.array_equal(run.tau_applied, np.tile(physical().effort, (11, 1)))
 
 
