@@ -200,7 +200,21 @@ def test_nan_does_not_close():
     assert not audit(works(eventful(), stop=np.full(eventful().t.size, np.nan))).is_closed()
 
 
+def stale(forward, n, h, *more):
+    """A step under the torque before, not the one that is written down."""
+    (step, tangent), last = HELD(forward, n, h, *more), np.zeros(n)
+
+    def late(t, now, tau, after):
+        work = step(t, now, last.copy(), after)
+        last[:] = tau
+        return work
+
+    return late, tangent
+
+
+HELD = flow.held_rk4
 LOOP_FAULTS = {
+    "a torque of another sample": ("lwr_dyn.simulation.flow.held_rk4", stale),
     "no impact": ("lwr_dyn.simulation.contact.impact", lambda plant, q, dq: SimpleNamespace(
         dq=np.where(plant.at_limit(q) * dq > 0, 0.0, dq), stopped=plant.at_limit(q) * dq > 0, work=np.zeros(7))),
     "bounce": ("lwr_dyn.simulation.contact.impact", lambda plant, q, dq: SimpleNamespace(
@@ -214,26 +228,8 @@ LOOP_FAULTS = {
 def test_a_fault_in_the_loop(fault, monkeypatch):
     monkeypatch.setattr(*LOOP_FAULTS[fault])
     run = sound(plant=with_limits(lwr(), upper=1.22), dq0=3.0 * np.eye(7)[1])
-    if fault != "euler":
-        assert run.events
+    assert run.events or "contact" not in LOOP_FAULTS[fault][0]
     assert audit(run).residual > GAP
-
-
-def test_a_torque_that_is_not_the_one_written_down(monkeypatch):
-    true = flow.held_rk4
-
-    def stale(forward, n, h, *more):
-        (step, tangent), last = true(forward, n, h, *more), np.zeros(n)
-
-        def late(t, now, tau, after):
-            work = step(t, now, last.copy(), after)
-            last[:] = tau
-            return work
-
-        return late, tangent
-
-    monkeypatch.setattr(flow, "held_rk4", stale)
-    assert audit(sound()).residual > GAP
 
 
 def simulated(name="pd-gravity", duration=0.5, **options):

@@ -212,31 +212,29 @@ INSTANT = 1e-9
 """[s], events against the same reference."""
 
 
-def test_both_stop_in_the_same_instant():
-    """Two sliders on one axis have a constant mass matrix, so each phase is a parabola."""
-    friction, load, t_stop = np.array([3.0, 2.0]), np.array([0.5, 0.2]), 0.31237
-    speed = np.linalg.solve(SLIDING, friction - load) * t_stop
-    run = moved(sliders(), load, [0.0, 0.0], 0.6, [symmetric(f, 0.0) for f in friction], dq0=speed)
-    assert (speed > 0).all()
-    assert kinds(run) == ["stick", "stick"]
-    assert run.events[0].t == run.events[1].t == pytest.approx(t_stop, abs=1e-12)
-    np.testing.assert_allclose(run.q[-1], run.dq[0] * t_stop / 2, rtol=0, atol=1e-12)
-    assert (run.q[run.t > t_stop] == run.q[-1]).all()
-    np.testing.assert_allclose(run.tau_friction[-1], [0.5, 0.2], rtol=0, atol=1e-14)
+@pytest.mark.parametrize(
+    ("friction", "load", "t_stop", "duration", "kinds"),
+    [([3.0, 2.0], [0.5, 0.2], 0.31237, 0.6, {"stick"}), ([1.0, 2.0], [-4.5, -2.3], 0.2, 0.5, {"reverse", "stick"})],
+)
+def test_both_stop_in_the_same_instant_and_stay_or_only_one_may(friction, load, t_stop, duration, kinds):
+    """Two sliders on one axis have a constant mass matrix, so each phase is a parabola.
 
-
-def test_both_stop_and_only_one_may_stay():
-    """Either load alone exceeds break-away; but joint 1, which turns back, takes enough off joint 2 to keep it."""
-    t_stop, friction, load = 0.2, np.array([1.0, 2.0]), np.array([-4.5, -2.3])
-    speed = np.linalg.solve(SLIDING, friction - load) * t_stop
-    run = moved(sliders(), load, [0.0, 0.0], 0.5, [symmetric(f, 0.0) for f in friction], dq0=speed)
-    assert (np.abs(load) > friction).all()
+    Either load of the second case exceeds break-away; but joint 1, which turns back, takes enough off joint 2.
+    """
+    speed = np.linalg.solve(SLIDING, np.subtract(friction, load)) * t_stop
+    run = moved(sliders(), load, [0.0, 0.0], duration, [symmetric(f, 0.0) for f in friction], dq0=speed)
     assert (speed > 0).all()
-    assert [(e.kind, e.joint) for e in run.events] == [("reverse", 0), ("stick", 1)]
-    s = 0.5 - t_stop
-    back = np.array([(load[0] + friction[0]) / SLIDING[0, 0], 0.0])
-    assert run.tau_friction[-1, 1] == pytest.approx(load[1] - SLIDING[1, 0] * back[0], abs=1e-12)
-    np.testing.assert_allclose(run.q[-1], speed * t_stop / 2 + back * s**2 / 2, rtol=0, atol=1e-11)
+    assert [(e.t, e.joint) for e in run.events] == [(pytest.approx(t_stop, abs=1e-12), joint) for joint in (0, 1)]
+    assert {e.kind for e in run.events} == kinds
+    assert run.events[1].kind == "stick"
+    back = np.array([(load[0] + friction[0]) / SLIDING[0, 0], 0.0]) * ("reverse" in kinds)
+    place = speed * t_stop / 2 + back * (duration - t_stop) ** 2 / 2
+    np.testing.assert_allclose(run.q[-1], place, rtol=0, atol=1e-11)
+    held = load - SLIDING @ back
+    np.testing.assert_allclose(run.tau_friction[-1, 1], held[1], rtol=0, atol=1e-12)
+    if kinds == {"stick"}:
+        assert (run.q[run.t > t_stop] == run.q[-1]).all()
+        np.testing.assert_allclose(run.tau_friction[-1], load, rtol=0, atol=1e-14)
 
 
 def test_the_rule_where_static_friction_exceeds_coulombs():

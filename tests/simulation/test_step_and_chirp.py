@@ -171,17 +171,13 @@ def test_the_response_is_that_of_theory(xi, joint):
 
 
 @pytest.mark.slow
-def test_feed_forward_of_the_rates_leaves_nothing_to_follow():
+def test_feed_forward_of_the_rates_leaves_nothing_to_follow_and_noise_lowers_the_coherence():
     (found,) = frequency_responses(answered("chirp", 1.0, 7, rates=True, rate=1000.0, **SWEEP | {"high": 10.0}), ARM)
     assert np.abs(found.H - 1.0).max() < 3e-4  # of order 1 in the step: the taper ends with a jump of ddq
     assert np.isnan(found.bandwidth)
     assert found.to_json()["bandwidth"] is None
-
-
-def test_noise_lowers_the_coherence():
     loop = lwr_dyn.controller("inverse-dynamics", ARM)
     reference = lwr_dyn.reference("chirp", ARM, start=START, joint=4, **SWEEP)
-    run = lwr_dyn.simulate(ARM, loop, reference, encoder=Encoder(0.0, 3e-4, 100.0))
-    (found,) = frequency_responses(run, ARM)
+    (found,) = frequency_responses(lwr_dyn.simulate(ARM, loop, reference, encoder=Encoder(0.0, 3e-4, 100.0)), ARM)
     assert found.coherence[-1] < 0.999
     assert found.bandwidth == pytest.approx(5.2, rel=0.1)

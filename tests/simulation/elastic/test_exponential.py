@@ -59,7 +59,7 @@ def test_a_step_against_radau(factor, external):
     held, after, works = stepped(model, state, 1e-3, substeps=4, external=external)
     expected = exact(model, state, TAU, 1e-3, external=external or (lambda t, x, dx: 0.0))
     assert np.abs(after[0] - expected[:14]).max() <= 1e-8
-    assert held.damped == pytest.approx(expected[28], rel=2e-2)
+    assert held.damped == pytest.approx(expected[28], rel=3e-2)
     assert external is None or works[2] == pytest.approx(expected[30], rel=1e-4)
 
 

@@ -63,18 +63,14 @@ def test_an_arm_too_weak_for_the_middle_pose_moves_where_it_is_held():
     assert (np.abs(torques(weak, move)) <= 0.95 * weak.effort).all()
 
 
-def test_an_arm_that_its_torques_do_not_hold_is_refused_with_the_joint_and_the_share():
-    arm = with_limits(lwr_dyn.load("lwr4plus"), effort=[320.0, 0.5, 176.0, 176.0, 100.0, 40.0, 40.0])
+def test_limits_without_room_and_an_arm_that_its_torques_do_not_hold_are_refused_with_the_joint(arm):
+    weak = with_limits(arm, effort=[320.0, 0.5, 176.0, 176.0, 100.0, 40.0, 40.0])
     with pytest.raises(OptionError, match=r"weight and friction take \d+ % of the torque limit of joint_2") as fault:
-        chosen_move(arm)
+        chosen_move(weak)
     assert float(str(fault.value).split("take ")[1].split(" %")[0]) > 100 * MOST_WEIGHT
-
-
-def test_limits_without_room_are_refused_by_name():
-    arm = lwr_dyn.load("wam7")
-    limits = (*arm.limits[:2], replace(arm.limits[2], lower=0.5, upper=0.5), *arm.limits[3:])
-    with pytest.raises(OptionError, match=f"position limits of {arm.joint_names[2]} leave no room; allowed"):
-        chosen_move(replace(arm, limits=limits))
+    narrow = with_limits(arm, lower=[-1.0, -1.0, 0.5, *[-1.0] * 4], upper=[1.0, 1.0, 0.5, *[1.0] * 4])
+    with pytest.raises(OptionError, match="position limits of joint_3 leave no room; allowed"):
+        chosen_move(narrow)
 
 
 @pytest.mark.parametrize(

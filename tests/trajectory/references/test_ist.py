@@ -73,28 +73,22 @@ def test_smooth_timings_bound_acceleration_and_jerk_in_space(timing):
 
 
 def test_smooth_stops_at_the_three_corners_only_and_stays_within_a_hundredth_of_a_millimetre():
-    poses = timed_ist("smooth")
-    t = np.linspace(0.0, 14.0, 28_001)[1:-1]
-    moving = poses.at(t)
+    """Of the two full circles inside the S, where the eased bends are."""
+    moving = timed_ist("smooth").at(np.linspace(0.0, 14.0, 28_001)[1:-1])
     slow = moving.profile.ds < 1e-3
-    stops = 1 + np.count_nonzero(np.diff(np.flatnonzero(slow)) > 1)
-    assert stops == 3 + 2  # and the two ends
-    # distance from the two full circles inside the S, where the eased bends are
-    p = moving.T[:, :3, 3]
-    s_part = (moving.profile.s > 0.41) & (moving.profile.s < 0.86)
-    radius = np.min([np.abs(np.hypot(p[:, 1] + 0.35, p[:, 2] - z) - 0.075) for z in (0.325, 0.475)], axis=0)
-    assert radius[s_part].max() < 1e-5
+    assert 1 + np.count_nonzero(np.diff(np.flatnonzero(slow)) > 1) == 3 + 2  # and the two ends
+    p = moving.T[(moving.profile.s > 0.41) & (moving.profile.s < 0.86), :3, 3]
+    off = np.min([np.abs(np.hypot(p[:, 1] + 0.35, p[:, 2] - z) - 0.075) for z in (0.325, 0.475)], axis=0)
+    assert off.max() < 1e-5
 
 
 def test_without_easing_the_path_is_table_v_to_the_letter_and_the_acceleration_jumps_at_the_bends():
-    poses = timed_ist("smooth", smoothness=SmoothTiming(ease=0.0))
+    poses, t = timed_ist("smooth", smoothness=SmoothTiming(ease=0.0)), np.linspace(0, 14, 28_001)
     assert poses.length == pytest.approx(ist_path().length, abs=ROUNDING)
-    s = poses.profile.at(np.linspace(0, 14, 28_001)).s
-    k = int(np.argmin(np.abs(s - 0.4)))
-    t = np.linspace(0, 14, 28_001)[[k - 1, k + 1]]
-    before, after = poses.at(t).acceleration[:, :3]
-    speed = poses.profile.at(t).ds[0]
-    assert np.linalg.norm(after - before) == pytest.approx(speed**2 / 0.075, rel=1e-3)
+    k = int(np.argmin(np.abs(poses.profile.at(t).s - 0.4)))
+    sides = poses.at(t[[k - 1, k + 1]])
+    jump = np.linalg.norm(np.diff(sides.acceleration[:, :3], axis=0))
+    assert jump == pytest.approx(sides.profile.ds[0] ** 2 / 0.075, rel=1e-3)
 
 
 ARM = lwr_dyn.load("lwr4plus")
@@ -109,10 +103,9 @@ def margin_and_speed(reference):
 
 
 def test_every_joint_keeps_50_degrees_and_a_fifth_of_its_speed():
-    margin, speed = margin_and_speed(ist_clear_reference(ARM))
-    assert (round(margin, 1), round(speed, 2)) == (50.9, 0.18)
-    margin, speed = margin_and_speed(ist_reference(ARM))
-    assert (round(margin, 1), round(speed, 2)) == (1.2, 0.29)
+    for reference, wanted in ((ist_clear_reference(ARM), (50.9, 0.18)), (ist_reference(ARM), (1.2, 0.29))):
+        margin, speed = margin_and_speed(reference)
+        assert (round(margin, 1), round(speed, 2)) == wanted
 
 
 def test_the_letters_and_the_tool_are_those_of_ist_or_a_tool_of_ones_own():
@@ -199,6 +192,11 @@ def test_both_passes_are_the_reference():
         for name in ("q", "dq", "ddq"):
             np.testing.assert_allclose(getattr(again, name), getattr(once, name), rtol=0, atol=1e-13)
     assert (MOVE.second, MOVE.duration) == (3.5, 5.5)
+    move = lwr_dyn.reference("ist-clear-twice", ARM, back=2.0)
+    about = {name: move.about[name] for name in ("task", "back", "second")}
+    assert (move.duration, about) == (30.0, {"task": "ist-clear-twice", "back": 2.0, "second": 16.0})
+    with pytest.raises(OptionError, match="back"):
+        Twice(ONCE, 0.0)
 
 
 def test_the_way_back_is_a_quintic_with_true_derivatives():
@@ -224,10 +222,3 @@ def test_a_part_of_a_run_is_a_run():
     assert part_of(eventful, MOVE.second).events == (Event(1.0, "stick", 3),)  # counted from the part's own start
     with pytest.raises(OptionError, match="part of a run"):
         part_of(run, 9.0)
-
-
-def test_the_task():
-    move = lwr_dyn.reference("ist-clear-twice", ARM, back=2.0)
-    assert (move.duration, move.about["task"]) == (30.0, "ist-clear-twice")
-    with pytest.raises(OptionError, match="back"):
-        Twice(ONCE, 0.0)
