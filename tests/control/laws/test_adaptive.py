@@ -114,7 +114,12 @@ SLIPS = [
 ]
 
 
-def test_its_lyapunov_function_falls_by_the_damping_alone_and_slips_are_caught():
+def test_its_lyapunov_function_falls_by_the_damping_alone():
+    check_law(adaptive)
+
+
+@pytest.mark.slow
+def test_slips_are_caught():
     assert not uncaught("lwr_dyn.control.laws.adaptive", SLIPS, check_law)
 
 
