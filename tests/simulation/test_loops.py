@@ -82,17 +82,14 @@ def test_commands_arrive_late_by_the_delay_and_the_first_acts_until_then(samples
         simulate(lwr(), ramp, joint_waves(0.02), delay=1, continuous=True)
 
 
-@pytest.mark.parametrize("given", [[1, 2], (1.0, 2.0), np.array([1.0, 2.0], dtype=np.float32)])
-def test_torques_of_any_number_type_become_float64(given):
-    tau = joint_torque("torque", given, 2)
-    assert (tau.dtype, tau.tolist()) == (np.float64, [1.0, 2.0])
-
-
 @pytest.mark.parametrize(
     ("given", "fault"),
     [([1.0], r"shape \(1,\)"), (0.0, r"shape \(\)"), ("fast", "not an array of numbers"), (None, r"shape \(\)")],
 )
-def test_what_is_no_torque_is_refused(given, fault):
+def test_torques_of_any_number_type_become_float64_and_what_is_none_is_refused(given, fault):
+    for good in ([1, 2], (1.0, 2.0), np.array([1.0, 2.0], dtype=np.float32)):
+        tau = joint_torque("torque", good, 2)
+        assert (tau.dtype, tau.tolist()) == (np.float64, [1.0, 2.0])
     with pytest.raises(ShapeError, match=f"torque of a push: {fault}; allowed: 2 numbers"):
         joint_torque("torque of a push", given, 2)
 
@@ -170,25 +167,18 @@ def test_a_continuous_run_and_its_works_are_those_of_scipys_integrator(law):
     np.testing.assert_allclose(run.tau_friction, 0.7 * run.dq, rtol=1e-12)
 
 
-def test_a_blank_log_has_the_start_and_nothing_else():
-    log = Log.blank(setup(q0=[0.2], dq0=[-1.0]))
-    assert log.states.shape == (4, 2, 1)
-    assert log.states[0].tolist() == [[0.2], [-1.0]]
-    assert not log.states[1:].any()
+def test_under_hold_the_work_is_torque_times_travel_and_continuous_runs_bring_their_own():
+    log = Log.blank(setup(q0=[0.2], dq0=[-1.0]))  # it has the start and nothing else
+    assert log.states.tolist() == [[[0.2], [-1.0]], *[[[0.0], [0.0]]] * 3]
     assert (log.done, log.friction) == (0, None)
     assert Log.blank(setup([JointFriction(Direction(1.0, 0.0), Direction(1.0, 0.0))])).friction.shape == (4, 1)
-
-
-def test_under_hold_the_work_is_torque_times_travel_and_continuous_runs_bring_their_own():
-    log = Log.blank(setup())
     log.states[:, 0, 0] = [0.0, 0.1, 0.4, 0.4]
     log.applied[:, 0] = [2.0, -1.0, 5.0, 7.0]
     log.works[:, 1] = [0.0, -0.1, -0.2, -0.4]
     log.works[:, 0] = [0.0, 1.0, 1.0, 1.0]
     log.done = 3
-    np.testing.assert_allclose(log.work()["actuator"], [0.0, 0.2, -0.1])
-    np.testing.assert_allclose(log.work()["friction"], [0.0, -0.1, -0.3])
-    assert log.work()["stop"].tolist() == [0.0, 0.0, 0.0]
+    found = [log.work()[name] for name in ("actuator", "friction", "stop")]
+    np.testing.assert_allclose(found, [[0.0, 0.2, -0.1], [0.0, -0.1, -0.3], [0.0, 0.0, 0.0]], atol=1e-15)
     log.continuous = True
     np.testing.assert_allclose(log.work()["actuator"], [0.0, 1.0, 2.0])
 
