@@ -85,26 +85,30 @@ def test_torques_are_cut_at_the_limits_wherever_they_are_written():
     assert tau.tolist() == [3.0, -9.0, 7.0, -2.0]
 
 
-def test_the_pole_of_a_velocity_filter_is_below_half_the_rate():
+def test_the_pole_of_a_velocity_filter_and_gains_that_are_one_number_or_one_a_joint():
     assert filter_pole(100.0, 1000.0) == pytest.approx(np.exp(-0.2 * np.pi), rel=1e-15)
     assert filter_pole(499.999, 1000.0) < filter_pole(1e-3, 1000.0) < 1.0
-    for cutoff in (500.0, 0.0, -1.0, np.nan):
-        with pytest.raises(OptionError, match=r"cut-off of the velocity filter: .*; allowed: above 0 and below 500 Hz"):
-            filter_pole(cutoff, 1000.0)
-    for rate in (0.0, np.inf):
-        with pytest.raises(OptionError, match=r"rate: .*; allowed: a number above 0, in Hz"):
-            filter_pole(1.0, rate)
+    gains = positive_gains("Kp", [1.0, 2.0], 2)
+    assert (positive_gains("Kp", 2.0, 3).tolist(), gains.tolist(), gains.flags.writeable) == ([2.0] * 3, [1, 2], False)
 
 
-def test_gains_are_one_number_or_one_a_joint_above_0():
-    assert positive_gains("Kp", 2.0, 3).tolist() == [2.0] * 3
-    assert positive_gains("Kp", [1.0, 2.0], 2).tolist() == [1.0, 2.0]
-    assert not positive_gains("Kp", [1.0, 2.0], 2).flags.writeable
-    with pytest.raises(OptionError, match=r"Kp: \[1.0, 0.0\]; allowed: numbers above 0"):
-        positive_gains("Kp", [1.0, 0.0], 2)
-    for shape in ([1.0], [[1.0, 2.0]], [1.0, 2.0, 3.0]):
-        with pytest.raises(ShapeError, match=r"Kp: shape .*; allowed: one number, or shape \(2,\)"):
-            positive_gains("Kp", shape, 2)
+CUT_OFF = "cut-off of the velocity filter: {}; allowed: above 0 and below 500 Hz"
+
+
+@pytest.mark.parametrize(
+    ("made", "arguments", "words"),
+    [
+        *((filter_pole, (cutoff, 1000.0), CUT_OFF.format(cutoff)) for cutoff in (500.0, 0.0, -1.0, np.nan)),
+        *((filter_pole, (1.0, rate), f"rate: {rate}; allowed: a number above 0, in Hz") for rate in (0.0, np.inf)),
+        (positive_gains, ("Kp", [1.0, 0.0], 2), "Kp: [1.0, 0.0]; allowed: numbers above 0"),
+        *((positive_gains, ("Kp", x, 2), f"Kp: shape {np.shape(x)}; allowed: one number, or shape (2,)")
+          for x in ([1.0], [[1.0, 2.0]], [1.0, 2.0, 3.0])),
+    ],
+)  # fmt: skip
+def test_poles_and_gains_that_cannot_be(made, arguments, words):
+    with pytest.raises((OptionError, ShapeError)) as fault:
+        made(*arguments)
+    assert str(fault.value) == words
 
 
 def test_a_wrapper_adds_to_the_torque_and_passes_memory_and_layers_on():
