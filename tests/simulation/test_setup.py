@@ -162,10 +162,7 @@ def slider(friction="none", **limits):
 
 @pytest.mark.parametrize(("duration", "samples"), [(0.1, 101), (0.1 + 1e-13, 101), (0.1001, 102), (1e-9, 2)])
 def test_samples_are_on_the_grid_and_the_last_is_not_before_the_end(duration, samples):
-    t = Loop(rate=1000.0).times(duration)
-    assert t.size == samples
-    np.testing.assert_array_equal(t, np.arange(samples) / 1000.0)
-    assert t[-1] >= duration * (1 - 1e-9)
+    np.testing.assert_array_equal(Loop(rate=1000.0).times(duration), np.arange(samples) / 1000.0)
 
 
 @pytest.mark.parametrize(
