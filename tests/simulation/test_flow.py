@@ -256,7 +256,8 @@ SWING = [symmetric(0.5, 0.1), JointFriction(Direction(0.4, 0.2, 0.6), Direction(
 @pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, {"substeps": 2}, {"method": "dop853"}])
 @pytest.mark.parametrize(
-    ("torque", "signs"), [(lambda t: np.array([5.0 * np.sin(6.0 * t), 0.0]), (0, 0)), (lambda t: [2.0, 0.0], (1, 0))]
+    ("torque", "signs"),
+    [(lambda t: np.array([5.0 * np.sin(6.0 * t), 0.0]), (0, 0)), (lambda t: np.array([2.0, 0.0]), (1, 0))],
 )
 def test_a_joint_at_rest_is_pushed_by_the_other_ones_motion(torque, signs, options):
     """By its swing in a continuous run; by its growing speed between two samples of a held torque."""
