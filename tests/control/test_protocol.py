@@ -18,6 +18,7 @@ from lwr_dyn.control.protocol import (
     label_of,
     layers_of,
     positive_gains,
+    reset,
     saturate,
     saturating,
 )
@@ -62,31 +63,16 @@ def test_one_label_one_behaviour(source):
     assert len(pairs) == len(set(labels)) == len(set(behaviours))
 
 
-def test_a_label_names_controller_and_variant():
-    labels = {label_of(controller) for controller in (*variants(), *study_controllers())}
-    assert {
-        "PD + gravity, damping on dq", "PD + gravity, damping on dq_ref - dq, gains of the arm's file",
-        "PID, damping on dq", "inverse dynamics with feed-forward",
-        "inverse dynamics without feed-forward (ddq_ref := 0), without g",
-    } <= labels  # fmt: skip
-
-
-def test_describe_holds_the_label_and_a_function_is_its_name():
-    controller = make_controller("inverse-dynamics", ARM, feedforward=False)
-    assert describe(controller)["label"] == "inverse dynamics without feed-forward (ddq_ref := 0)"
-    assert label_of(len) == "len"
-
-
-def test_a_lambda_is_called_what_it_is_alone_and_in_a_wrapper():
-    law = lambda t, q, dq, q_ref, dq_ref, ddq_ref: -dq  # noqa: E731
-    assert describe(law) == {"name": "own controller", "label": "own controller", "parameters": {}}
-    run = lwr_dyn.simulate(ARM, law, lwr_dyn.reference("hold", ARM, q=np.zeros(ARM.n), duration=0.01))
-    assert "lambda" not in str(run.meta)
-
+def test_a_function_is_called_by_its_name_and_a_lambda_what_it_is():
     def brake(t, q, dq, q_ref, dq_ref, ddq_ref):
         return -dq
 
-    assert label_of(brake) == "brake"
+    law = lambda *state: brake(*state)  # noqa: E731
+    names = [describe(brake), describe(law)]
+    assert names == [{"name": x, "label": x, "parameters": {}} for x in ("brake", "own controller")]
+    run = lwr_dyn.simulate(ARM, law, lwr_dyn.reference("hold", ARM, q=np.zeros(ARM.n), duration=0.01))
+    assert "lambda" not in str(run.meta)
+    reset(brake)
 
 
 def test_torques_are_cut_at_the_limits_wherever_they_are_written():
@@ -99,26 +85,30 @@ def test_torques_are_cut_at_the_limits_wherever_they_are_written():
     assert tau.tolist() == [3.0, -9.0, 7.0, -2.0]
 
 
-def test_the_pole_of_a_velocity_filter_is_below_half_the_rate():
+def test_the_pole_of_a_velocity_filter_and_gains_that_are_one_number_or_one_a_joint():
     assert filter_pole(100.0, 1000.0) == pytest.approx(np.exp(-0.2 * np.pi), rel=1e-15)
     assert filter_pole(499.999, 1000.0) < filter_pole(1e-3, 1000.0) < 1.0
-    for cutoff in (500.0, 0.0, -1.0, np.nan):
-        with pytest.raises(OptionError, match=r"cut-off of the velocity filter: .*; allowed: above 0 and below 500 Hz"):
-            filter_pole(cutoff, 1000.0)
-    for rate in (0.0, np.inf):
-        with pytest.raises(OptionError, match=r"rate: .*; allowed: a number above 0, in Hz"):
-            filter_pole(1.0, rate)
+    gains = positive_gains("Kp", [1.0, 2.0], 2)
+    assert (positive_gains("Kp", 2.0, 3).tolist(), gains.tolist(), gains.flags.writeable) == ([2.0] * 3, [1, 2], False)
 
 
-def test_gains_are_one_number_or_one_a_joint_above_0():
-    assert positive_gains("Kp", 2.0, 3).tolist() == [2.0] * 3
-    assert positive_gains("Kp", [1.0, 2.0], 2).tolist() == [1.0, 2.0]
-    assert not positive_gains("Kp", [1.0, 2.0], 2).flags.writeable
-    with pytest.raises(OptionError, match=r"Kp: \[1.0, 0.0\]; allowed: numbers above 0"):
-        positive_gains("Kp", [1.0, 0.0], 2)
-    for shape in ([1.0], [[1.0, 2.0]], [1.0, 2.0, 3.0]):
-        with pytest.raises(ShapeError, match=r"Kp: shape .*; allowed: one number, or shape \(2,\)"):
-            positive_gains("Kp", shape, 2)
+CUT_OFF = "cut-off of the velocity filter: {}; allowed: above 0 and below 500 Hz"
+
+
+@pytest.mark.parametrize(
+    ("made", "arguments", "words"),
+    [
+        *((filter_pole, (cutoff, 1000.0), CUT_OFF.format(cutoff)) for cutoff in (500.0, 0.0, -1.0, np.nan)),
+        *((filter_pole, (1.0, rate), f"rate: {rate}; allowed: a number above 0, in Hz") for rate in (0.0, np.inf)),
+        (positive_gains, ("Kp", [1.0, 0.0], 2), "Kp: [1.0, 0.0]; allowed: numbers above 0"),
+        *((positive_gains, ("Kp", x, 2), f"Kp: shape {np.shape(x)}; allowed: one number, or shape (2,)")
+          for x in ([1.0], [[1.0, 2.0]], [1.0, 2.0, 3.0])),
+    ],
+)  # fmt: skip
+def test_poles_and_gains_that_cannot_be(made, arguments, words):
+    with pytest.raises((OptionError, ShapeError)) as fault:
+        made(*arguments)
+    assert str(fault.value) == words
 
 
 def test_a_wrapper_adds_to_the_torque_and_passes_memory_and_layers_on():

@@ -21,100 +21,87 @@ SMOOTH = 2e-4
 """[m] A slider that brakes from 0.2 m/s over 7 mm against tanh friction at 1e-3 m/s stops later by less."""
 
 
+def slowed(arm=None, torque=no_torque, duration=0.3, speed=0.2, **options):
+    """A run of a slider that begins with a speed."""
+    return simulate(arm or one_joint(), torque, Still(np.zeros(1), duration), dq0=[speed], **options)
+
+
 def one(*joints, **options):
-    return simulate(one_joint(), no_torque, Still(np.zeros(1), 0.3), dq0=[0.2], friction=list(joints), **options)
+    return slowed(friction=list(joints), **options)
+
+
+def rough(*models):
+    return replace(one_joint(), friction=models)
 
 
 def test_the_arms_own_friction_is_the_default_with_true_stick():
-    arm = replace(one_joint(), friction=(symmetric(3.0, 0.5),))
-    run = simulate(arm, no_torque, Still(np.zeros(1), 0.3), dq0=[0.2])
-    assert run.meta["friction_law"]["form"] == "set-valued"
-    assert run.meta["friction_law"]["highest"] == [3.0]
-    assert "stays at rest if its static level holds it" in run.meta["friction_law"]["rule"]
-    assert [event.kind for event in run.events] == ["stick"]
-    assert run.dq[-1, 0] == 0.0
+    run = slowed(rough(symmetric(3.0, 0.5)))
+    law = run.meta["friction_law"]
+    assert (law["form"], law["highest"]) == ("set-valued", [3.0])
+    assert "stays at rest if its static level holds it" in law["rule"]
+    for each in (run, slowed(one_joint(coulomb=3.0))):  # as a URDF gives it
+        assert [event.kind for event in each.events] == ["stick"]
+        assert each.dq[-1, 0] == 0.0
 
 
-def test_coulomb_levels_of_a_urdf_stick_too():
-    run = simulate(one_joint(coulomb=3.0), no_torque, Still(np.zeros(1), 0.3), dq0=[0.2])
-    assert [event.kind for event in run.events] == ["stick"]
-
-
-def test_none_and_arms_without_friction():
-    arm = replace(one_joint(), friction=(symmetric(3.0, 0.5),))
-    for run in (
-        simulate(arm, no_torque, Still(np.zeros(1), 0.3), dq0=[0.2], friction="none"),
-        simulate(one_joint(), no_torque, Still(np.zeros(1), 0.3), dq0=[0.2]),
-    ):
-        assert run.meta["friction"] is False
-        assert run.meta["friction_law"]["form"] == "none"
-        assert run.q[-1, 0] == pytest.approx(0.06, abs=1e-12)
-        assert (run.tau_friction == 0.0).all()
+@pytest.mark.parametrize("options", [{"arm": rough(symmetric(3.0, 0.5)), "friction": "none"}, {}])
+def test_none_and_arms_without_friction(options):
+    run = slowed(**options)
+    assert (run.meta["friction"], run.meta["friction_law"]["form"]) == (False, "none")
+    assert run.q[-1, 0] == pytest.approx(0.06, abs=1e-12)
+    assert (run.tau_friction == 0.0).all()
+    assert slowed(substeps=3, **options).meta["evaluations"] == 4 * 3 * 300
+    assert 0 < one(symmetric(1e3, 0.0)).meta["evaluations"] < 4 * 300
 
 
 def test_smooth_friction_comes_near_but_creeps():
-    arm = replace(one_joint(), friction=(symmetric(3.0, 0.0),))
-
-    def push(*state):
-        return np.array([1.5])
-
-    runs = {
-        form: simulate(arm, push, Still(np.zeros(1), 0.5), dq0=[0.2], friction=form, substeps=4)
+    exact, smooth = (
+        slowed(rough(symmetric(3.0, 0.0)), lambda *_: np.array([1.5]), 0.5, friction=form, substeps=4)
         for form in ("set-valued", "smooth")
-    }
-    assert runs["smooth"].q[-1, 0] == pytest.approx(runs["set-valued"].q[-1, 0], abs=5 * SMOOTH)
-    assert runs["set-valued"].dq[-1, 0] == 0.0
-    assert 1e-4 < runs["smooth"].dq[-1, 0] < 1e-3  # arctanh(1.5/3) mm/s
+    )
+    assert smooth.q[-1, 0] == pytest.approx(exact.q[-1, 0], abs=5 * SMOOTH)
+    assert exact.dq[-1, 0] == 0.0
+    assert smooth.dq[-1, 0] == pytest.approx(1e-3 * np.arctanh(0.5), rel=0.02)
 
 
 def test_a_step_too_long_for_stiff_friction_is_refused_with_what_it_takes():
-    arm = replace(one_joint(), friction=(symmetric(30.0, 0.0),))
+    stiff = rough(symmetric(30.0, 0.0))
     with pytest.raises(OptionError, match="substeps from 6 on, method dop853, or friction set-valued"):
-        simulate(arm, no_torque, Still(np.zeros(1), 0.1), friction="smooth")
+        slowed(stiff, friction="smooth")
     with pytest.raises(OptionError, match="too fast for RK4 steps"):
         one(symmetric(1.0, 6000.0))
-    simulate(arm, no_torque, Still(np.zeros(1), 0.01), friction="smooth", substeps=6)
+    slowed(stiff, duration=0.01, friction="smooth", substeps=6)
     one(symmetric(1.0, 6000.0), method="dop853")
 
 
-def test_bad_options():
-    with pytest.raises(OptionError, match="set-valued, smooth, none"):
-        simulate(one_joint(), no_torque, Still(np.zeros(1), 0.1), friction="sticky")
-    with pytest.raises(ShapeError, match="2 joints; allowed: 1"):
-        one(None, None)
+@pytest.mark.parametrize(
+    ("friction", "error", "words"),
+    [("sticky", OptionError, "friction: 'sticky'; allowed: set-valued, smooth, none"),
+     ([None, None], ShapeError, "2 joints; allowed: 1"),
+     ([replace(symmetric(3.0, 0.5), load=0.2)], OptionError,
+      r"friction of joint 1: 0\.2 of the load; allowed: none of the load")],
+)  # fmt: skip
+def test_bad_options(friction, error, words):
+    with pytest.raises(error, match=words):
+        slowed(friction=friction)
 
 
 def test_viscous_friction_alone_needs_no_events():
     friction = chosen_friction(with_limits(lwr(), viscous=0.5))
-    assert friction.form == "viscous"
-    assert not friction.directional.any()
     np.testing.assert_array_equal(friction.smooth(np.arange(7.0)), 0.5 * np.arange(7))
     asymmetric = chosen_friction(one_joint(), [JointFriction(Direction(0.0, 1.0), Direction(0.0, 2.0))])
-    assert asymmetric.form == "set-valued"
-    assert asymmetric.directional.all()
     constant = chosen_friction(one_joint(), [JointFriction(Direction(0.0, 1.0), Direction(0.0, 1.0), offset=0.3)])
-    assert constant.form == "set-valued"
-    assert not constant.directional.any()
+    found = [(x.form, x.directional.tolist()) for x in (friction, asymmetric, constant)]
+    assert found == [("viscous", [False] * 7), ("set-valued", [True]), ("set-valued", [False])]
 
 
 def test_friction_that_drives_is_an_event_once_a_side_and_never_clamped():
     model = JointFriction(Direction(1.0, -2.0), Direction(1.0, 0.5))
-    run = simulate(one_joint(), no_torque, Still(np.zeros(1), 0.4), dq0=[0.8], friction=[model])
-    (event,) = run.events
-    assert (event.kind, event.joint, event.t) == (ACTIVE_FRICTION, 0, 0.0)
-    assert event.value == pytest.approx(0.8)
-    assert run.work["friction"][-1] > 0.1
-    assert (np.diff(run.dq[:, 0]) > 0).all()
+    run, slow = (slowed(duration=0.4, speed=speed, friction=[model]) for speed in (0.8, 0.4))
+    assert [(e.kind, e.joint, e.t, e.value) for e in run.events] == [(ACTIVE_FRICTION, 0, 0.0, pytest.approx(0.8))]
     np.testing.assert_allclose(run.dq[:, 0], 0.5 + 0.3 * np.exp(run.t), rtol=0, atol=1e-12)
-    slow = simulate(one_joint(), no_torque, Still(np.zeros(1), 0.4), dq0=[0.4], friction=[model])
+    assert run.work["friction"][-1] == pytest.approx(run.dq[-1, 0] ** 2 - 0.8**2, rel=1e-9)
     assert ACTIVE_FRICTION not in [event.kind for event in slow.events]
-
-
-def test_the_number_of_evaluations_is_reported():
-    plain = simulate(one_joint(), no_torque, Still(np.zeros(1), 0.1), substeps=3)
-    assert plain.meta["evaluations"] == 4 * 3 * 100
-    still = one(symmetric(1e3, 0.0))
-    assert 0 < still.meta["evaluations"] < 4 * 300
 
 
 def test_the_seven_joints_of_the_wam_have_their_table():
@@ -128,19 +115,21 @@ def test_the_seven_joints_of_the_wam_have_their_table():
 
 
 @pytest.mark.slow
-def test_the_fast_path_and_the_flow_give_the_same_run(monkeypatch):
+@pytest.mark.parametrize("external", [None, lambda t, q, dq: np.array([8.0, -6, 4, 5, 1, -0.5, 0.1]) * np.sin(9.0 * t)])
+@pytest.mark.parametrize("levels", [None, (9.0, 9.0, 4.0, 4.0, 0.3, 0.3, 0.1)])
+def test_the_fast_path_and_the_flow_give_the_same_run(monkeypatch, external, levels):
     """A fast step that is refused every time gives the same run, to rounding, events included."""
-    models = [symmetric(f, 0.1) for f in (9.0, 9.0, 4.0, 4.0, 0.3, 0.3, 0.1)]
-    wave = joint_waves(2.0)
-    wave = replace(wave, w=4 * wave.w)
-    fast = simulate(lwr(), controllers()["pd-gravity"], wave, friction=models)
+    wave, law = joint_waves(1.0), controllers()["pd-gravity"]
+    options = {"external": external, "friction": "none" if levels is None else [symmetric(f, 0.1) for f in levels]}
+    fast = simulate(lwr(), law, replace(wave, w=4 * wave.w), **options)
     monkeypatch.setattr(FastStep, "take", lambda *_: False)
-    slow = simulate(lwr(), controllers()["pd-gravity"], wave, friction=models)
+    slow = simulate(lwr(), law, replace(wave, w=4 * wave.w), **options)
     assert [(e.kind, e.joint) for e in fast.events] == [(e.kind, e.joint) for e in slow.events]
-    assert len(fast.events) >= 8
-    np.testing.assert_allclose(fast.q, slow.q, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(fast.tau_friction, slow.tau_friction, rtol=0, atol=1e-8)
-    np.testing.assert_allclose(fast.work["friction"], slow.work["friction"], rtol=0, atol=1e-11)
+    assert levels is None or len(fast.events) >= 4
+    for name, close in (("q", 1e-12), ("tau_friction", 1e-8)):
+        np.testing.assert_allclose(getattr(fast, name), getattr(slow, name), rtol=0, atol=close)
+    for name, work in fast.work.items():
+        np.testing.assert_allclose(work, slow.work[name], rtol=0, atol=1e-10, err_msg=name)
 
 
 CLOSE = 1e-8
@@ -180,26 +169,17 @@ def test_it_is_the_one_solution(seed, size):
     np.testing.assert_array_equal(got.sides, sides)
 
 
-@given(st.integers(0, 10**6), st.integers(5, 7))
-def test_seven_joints_at_once(seed, size):
-    M, b, lo, hi = problem(seed, size)
-    got = boxed_lcp(M, b, lo, hi)
-    w = b - M @ got.force
-    assert ((got.force >= lo) & (got.force <= hi)).all()
-    assert (w[got.force < hi] <= CLOSE * np.abs(b).max()).all()
-    assert (w[got.force > lo] >= -CLOSE * np.abs(b).max()).all()
-
-
-@given(st.integers(0, 10**6), st.integers(1, 6))
-def test_a_stop_is_a_problem_with_one_bound(seed, size):
+@given(st.integers(0, 10**6), st.integers(1, 7), st.booleans())
+def test_friction_of_seven_joints_and_stops_which_have_one_bound(seed, size, stops):
     """Stops of a lower limit: they push, -f >= 0, or the joint leaves, w >= 0, never both."""
-    M, b, *_ = problem(seed, size)
-    got = boxed_lcp(M, b, np.full(size, -np.inf), np.zeros(size))
-    w = b - M @ got.force
-    assert (got.force <= 0).all()
-    assert (w >= -1e-9).all()
-    assert np.abs(got.force * w).max() <= 1e-9
-    assert (b < 0).any() == (got.force < 0).any()
+    M, b, lo, hi = problem(seed, size)
+    lo, hi = (np.full(size, -np.inf), np.zeros(size)) if stops else (lo, hi)
+    f = boxed_lcp(M, b, lo, hi).force
+    w, small = b - M @ f, CLOSE * np.abs(b).max()
+    assert ((f >= lo) & (f <= hi)).all()
+    assert w[f < hi].max(initial=0.0) <= small
+    assert w[f > lo].min(initial=0.0) >= -small
+    assert not stops or (b < 0).any() == (f < 0).any()
 
 
 def test_on_the_border_the_start_decides():
@@ -223,15 +203,11 @@ def test_friction_brakes_as_fast_as_the_fastest_motion_of_the_linear_equation():
 SLIDES = JointFriction(Direction(0.0, 0.0), Direction(0.0, 0.0), sigmoid=Sigmoid(3.0, 20.0, 0.01))
 
 
-def test_a_share_of_the_load_is_left_out_of_a_run_and_refused_where_it_is_asked_for():
-    grows = replace(symmetric(3.0, 0.5), load=0.2)
-    run, plain = (simulate(replace(one_joint(), friction=(model,)), no_torque, Still(np.zeros(1), 0.3), dq0=[0.2])
-                  for model in (grows, symmetric(3.0, 0.5)))  # fmt: skip
+def test_a_share_of_the_load_is_left_out_of_a_run():
+    run, plain = (slowed(rough(model)) for model in (replace(symmetric(3.0, 0.5), load=0.2), symmetric(3.0, 0.5)))
     assert (run.tau_friction == plain.tau_friction).all()
     assert run.meta["friction_law"]["left_out"].startswith("left out: friction that grows with the load, 0.2 of it at ")
     assert "left_out" not in plain.meta["friction_law"]
-    with pytest.raises(OptionError, match=r"friction of joint 1: 0\.2 of the load; allowed: none of the load"):
-        one(grows)
 
 
 def test_a_sigmoid_brakes_without_stick_and_its_work_closes_the_audit():
@@ -251,15 +227,10 @@ def test_a_sigmoid_beside_coulomb_friction_sticks_as_that_does():
     assert [event.kind for event in run.events] == ["stick"]
     assert run.events[0].t < plain.events[0].t
     assert run.tau_friction[:5] == pytest.approx(both.torque(run.dq[:5]))
-    smooth = simulate(
-        replace(one_joint(), friction=(both,)), no_torque, Still(np.zeros(1), 0.3), dq0=[0.2], friction="smooth",
-        substeps=40,
-    )  # fmt: skip
-    assert smooth.q[-1] == pytest.approx(run.q[-1], abs=SMOOTH)
+    assert slowed(rough(both), friction="smooth", substeps=40).q[-1] == pytest.approx(run.q[-1], abs=SMOOTH)
 
 
 def test_the_panda_has_the_friction_of_its_authors():
-    friction = chosen_friction(lwr_dyn.load("panda"))
-    assert friction.form == "sigmoid"
-    assert friction.smooth(np.full(7, 1.0))[1] == pytest.approx(0.87224 / (1 + np.exp(-9.0657 * 1.025882)) - 0.87224 / (
-        1 + np.exp(-9.0657 * 0.025882)))  # fmt: skip
+    friction, level = chosen_friction(lwr_dyn.load("panda")), 0.87224
+    own = [level / (1 + np.exp(-9.0657 * (speed + 0.025882))) for speed in (1.0, 0.0)]
+    assert (friction.form, friction.smooth(np.ones(7))[1]) == ("sigmoid", pytest.approx(own[0] - own[1]))

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -38,59 +39,45 @@ ARM = one_joint(JointKind.REVOLUTE, lever=0.5, lower=-1.0, upper=2.0, velocity=4
 
 def test_errors_in_mrad():
     figures = metrics(run_of([0.0, 0.0, 0.0, 0.0], [0.001, -0.003, 0.0, 0.004], dq=[0.0, 0.5, 0.0, 0.0]), ARM)
-    position, velocity = figures.position_mrad, figures.velocity_mrad_s
-    assert position.mean[0] == pytest.approx(0.5)
-    assert position.mean_abs[0] == pytest.approx(2.0)
-    assert position.max[0] == pytest.approx(4.0)
-    assert position.min[0] == pytest.approx(-3.0)
-    assert position.rms[0] == pytest.approx(np.sqrt(26 / 4))
-    assert velocity.min[0] == pytest.approx(-500.0)  # ref - actual
-    assert velocity.mean[0] == pytest.approx(-125.0)
+    found = [
+        [getattr(error, name)[0] for name in ("mean", "mean_abs", "max", "min", "rms")]
+        for error in (figures.position_mrad, figures.velocity_mrad_s)  # ref - actual
+    ]
+    wanted = [[0.5, 2.0, 4.0, -3.0, np.sqrt(26 / 4)], [-125.0, 125.0, 0.0, -500.0, 250.0]]
+    np.testing.assert_allclose(found, wanted, atol=1e-12)
 
 
 def test_torques_speeds_and_margins():
     run = run_of([0.0, 1.5, -0.9], 0.0, dq=[0.0, -2.0, 1.0], command=[5.0, -20.0, 30.0], applied=[5.0, -10.0, 10.0])
-    figures = metrics(run, ARM)
-    assert figures.peak_torque[0] == 10.0
-    assert figures.peak_command[0] == 30.0
-    assert figures.torque_use[0] == 1.0
-    assert figures.peak_speed[0] == 2.0
-    assert figures.speed_use[0] == 0.5
-    assert figures.limit_margin[0] == pytest.approx(0.1)
-    assert figures.saturated_s[0] == pytest.approx(0.1)  # the last sample is held for no time
-    assert not figures.within_limits
-    assert metrics(run_of([0.0, 1.5], 0.0, command=[5.0, 5.0]), ARM).within_limits
-    assert not metrics(run_of([0.0, 2.1], 0.0), ARM).within_limits
-    assert not metrics(run_of([0.0, 0.0], 0.0, dq=[0.0, 4.1]), ARM).within_limits
+    names = ("peak_torque", "peak_command", "torque_use", "peak_speed", "speed_use", "limit_margin", "saturated_s")
+    found = [getattr(metrics(run, ARM), name)[0] for name in names]
+    assert found == pytest.approx([10.0, 30.0, 1.0, 2.0, 0.5, 0.1, 0.1])  # the last sample is held for no time
+    runs = (run, run_of([0.0, 1.5], 0.0, command=[5.0, 5.0]), run_of([0.0, 2.1], 0.0),
+            run_of([0.0, 0.0], 0.0, dq=[0.0, 4.1]))  # fmt: skip
+    assert [metrics(each, ARM).within_limits for each in runs] == [False, True, False, False]
+    free = replace(ARM, limits=(replace(ARM.limits[0], effort=None),))
+    shown = [metrics(run, arm).table().text().splitlines()[-1].split()[-1] for arm in (ARM, free)]
+    assert (shown, metrics(run, free).to_json()["saturated_s"]) == (["0.1", "?"], [None])
 
 
 def test_unknown_limits_are_nan_and_null():
-    arm = one_joint()
-    figures = metrics(run_of([0.0, 1.5], 0.0, dq=[1e6, 0.0], command=[1e6, 0.0]), arm)
+    figures = metrics(run_of([0.0, 1.5], 0.0, dq=[1e6, 0.0], command=[1e6, 0.0]), one_joint())
     assert np.isnan(figures.torque_use[0])
-    assert figures.within_limits is None
-    assert figures.limits == "position, speed and torque unknown"
+    assert (figures.within_limits, figures.limits) == (None, "position, speed and torque unknown")
     record = json.loads(json.dumps(figures.to_json()))
-    assert record["torque_use"] == [None]
-    assert record["limit_margin"] == [None]
-    assert record["within_limits"] is None
+    wanted = {"torque_use": [None], "limit_margin": [None], "within_limits": None}
+    assert {name: record[name] for name in wanted} == wanted
     assert record["position_mrad"]["mean"] == [-750.0]
 
 
 def test_tip_error():
-    q = np.zeros((3, 7))
-    q_ref = q.copy()
+    q_ref, zero = np.zeros((3, 7)), np.zeros((3, 7))
     q_ref[1, 1] = 0.01  # the straight arm leans: 0.868 m of lever
-    t = np.arange(3) * 0.1
-    zero = 0 * q
-    run = Run(t, q, zero, q_ref, zero, zero, zero, zero, 0 * t, {})
+    run = Run(np.arange(3) * 0.1, zero, zero, q_ref, zero, zero, zero, zero, np.zeros(3), {})
     lever = 1e3 * lwr_dyn.forward_kinematics(lwr(), np.zeros(7))[2, 3]
     figures = metrics(run, lwr())
     assert figures.tip_max_mm == pytest.approx(2 * lever * np.sin(0.005), rel=1e-12)
     assert figures.tip_rms_mm == pytest.approx(figures.tip_max_mm / np.sqrt(3), rel=1e-12)
-
-
-def test_a_run_of_another_arm():
     with pytest.raises(ShapeError, match="joints"):
         metrics(run_of([0.0], 0.0), with_limits(lwr(), velocity=1.0))
 
@@ -101,6 +88,7 @@ def leaning():
     arm = lwr()
     reference, controller = lwr_dyn.reference("ist", arm), lwr_dyn.controller("inverse-dynamics", arm)
 
+    @cache
     def run(**options):
         return lwr_dyn.simulate(arm, controller, reference, plant=arm_with_payload(arm, 3.0), duration=0.5, **options)
 
@@ -112,22 +100,21 @@ def test_time_at_the_stop_is_that_between_impact_and_release(leaning):
     (impact,) = (event.t for event in run.events)
     contacts = stop_contacts(run, lwr())
     np.testing.assert_allclose(contacts.seconds, [0, 0, 0, 0, 0, 0.5 - impact, 0], atol=1e-3)
-    assert contacts.impacts == (0, 0, 0, 0, 0, 1, 0)
-    assert contacts.sentence() == "joint_6 on its stop for 0.48 s"
+    assert (contacts.impacts, contacts.sentence()) == ((0, 0, 0, 0, 0, 1, 0), "joint_6 on its stop for 0.48 s")
+    touched = replace(leaning(position_limits=False), events=(Event(0.1, "stop", 2, 0.0),) * 2)
+    contacts = stop_contacts(touched, lwr())  # an impact without rest
+    assert (contacts.met, contacts.impacts[2], contacts.sentence()) == (True, 2, "joint_3 met its stop")
+    assert contacts.contacts() == "joint_3 ran into its stop twice (first at 0.1 s)"
 
 
 def test_limits_kept_by_a_stop_are_not_kept_by_the_controller(leaning):
     figures = metrics(leaning(), lwr())
-    assert not figures.within_limits
     assert figures.limits == f"kept, but {figures.stops.contacts()}"
     assert figures.stops.contacts() == "joint_6 ran into its stop once (at 0.0234 s) and was on it for 0.48 s"
     record = json.loads(json.dumps(figures.to_json()))
-    assert record["within_limits"] is False
+    wanted = {"within_limits": False, "stop_impacts": [0, 0, 0, 0, 0, 1, 0]}
+    assert {name: record[name] for name in wanted} == wanted
     assert record["at_stop_s"][5] == pytest.approx(0.476, abs=1e-3)
-    assert record["stop_impacts"] == [0, 0, 0, 0, 0, 1, 0]
-
-
-def test_a_run_without_stops_passes_the_limit(leaning):
     figures = metrics(leaning(position_limits=False), lwr())
     assert (figures.stops.met, figures.caveat) == (False, RIGID)
     assert figures.limits == "position NOT kept (joint_6); speed and torque kept"
@@ -143,14 +130,6 @@ def test_the_stop_is_said_in_text_json_and_page(leaning):
     assert run_document(run, arm).record()["metrics"]["tip_caveat"] == f"{RIGID}; {said}"
     (card,) = page_data(replayed_runs([run], arm))["runs"]
     assert (card["stops"], card["tip_model"]) == (said, RIGID)
-
-
-def test_an_impact_without_rest_is_said_too(leaning):
-    run = leaning(position_limits=False)
-    touched = replace(run, events=(Event(0.1, "stop", 2, 0.0), Event(0.1, "stop", 2, 0.0)))
-    contacts = stop_contacts(touched, lwr())
-    assert (contacts.met, contacts.impacts[2], contacts.sentence()) == (True, 2, "joint_3 met its stop")
-    assert contacts.contacts() == "joint_3 ran into its stop twice (first at 0.1 s)"
 
 
 def test_a_joint_at_its_limit_that_nothing_presses_against_it_has_met_no_stop():
@@ -203,11 +182,3 @@ def test_an_unknown_limit_is_not_kept():
     assert metrics(moved, some).within_limits is False
     compared = lwr_dyn.compare(run, run)
     assert "unknown" in compared.table.text()
-
-
-def test_time_beyond_an_unknown_torque_limit_is_a_question_mark():
-    run = run_of([0.0, 1.5, -0.9], 0.0, command=[5.0, -20.0, 30.0])
-    free = replace(ARM, limits=(replace(ARM.limits[0], effort=None),))
-    shown = [metrics(run, arm).table().text().splitlines()[-1].split()[-1] for arm in (ARM, free)]
-    assert shown == ["0.1", "?"]
-    assert metrics(run, free).to_json()["saturated_s"] == [None]

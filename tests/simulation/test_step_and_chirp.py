@@ -8,7 +8,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.step_and_chirp import frequency_responses, response_parts, responses_of, step_responses
+from lwr_dyn.simulation.step_and_chirp import _first, frequency_responses, response_parts, responses_of, step_responses
 from tests.simulation.answers import ARM, OMEGA, START, answered
 
 
@@ -109,43 +109,46 @@ def test_the_response_is_that_of_a_written_filter():
     assert table.rows[0][:3] == (2, found.bandwidth, np.degrees(found.phase))
 
 
-def test_without_overshoot():
+def test_without_overshoot_and_where_the_window_is_too_short_for_numbers():
     """xi = 1: y = 1 - (1 + w t) exp(-w t)."""
-    (found,) = step_responses(answered("step", 1.0, 1))
+    (found,) = step_responses(answered("step", 1.0, 1), ARM)
     assert found.overshoot < 1e-6
     t = np.linspace(0.0, 0.3, 300_001)
     y = 1.0 - (1.0 + OMEGA * t) * np.exp(-OMEGA * t)
     assert found.rise == pytest.approx(t[np.argmax(y >= 0.9)] - t[np.argmax(y >= 0.1)], abs=5e-5)
-
-
-def test_a_window_that_is_too_short_gives_no_numbers():
-    (found,) = step_responses(answered("step", 0.3, 1, duration=0.02), ARM)
-    assert np.isnan(found.rise)
-    assert np.isnan(found.settling)
-    assert found.to_json()["settling"] is None
+    (short,) = step_responses(answered("step", 0.3, 1, duration=0.02), ARM)
+    assert np.isnan([short.rise, short.settling]).all()
+    assert short.to_json()["settling"] is None
     (later,) = step_responses(answered("step", 0.3, 1, duration=0.1), ARM)
     assert np.isnan(later.settling)
     assert later.rise > 0.0
 
 
-def test_torques_that_were_cut_are_told():
+def test_torques_that_were_cut_are_told_and_an_answer_may_begin_above_its_mark():
     run = answered("step", 1.0, 2, continuous=False, size=0.2)
     (found,) = step_responses(run, ARM)
     assert 0.0 < found.cut < 0.1
     assert "torque was cut while joint 2" in response_parts(run, ARM)[-1].text
+    t, y = np.array([1.0, 2.0, 4.0]), np.array([-1.0, -0.5, 1.5])
+    assert (_first(t, y), _first(t, y, 2), _first(t, -y)) == (2.5, 2.5, 1.0)
+    assert np.isnan(_first(t, y - 9.0))
 
 
-def test_each_joint_has_its_answer():
+def test_each_joint_has_its_answer_and_sweeps_that_did_not_end_are_left_out():
     loop = lwr_dyn.controller("pd-gravity", ARM)
     run = lwr_dyn.simulate(ARM, loop, lwr_dyn.reference("step", ARM, start=START, duration=0.3))
     found = step_responses(run, ARM)
     assert [one.joint for one in found] == [1, 2, 3, 4, 5, 6, 7]
     assert all(0.06 < one.rise < 0.09 for one in found)
+    loop, reference = lwr_dyn.controller("inverse-dynamics", ARM), lwr_dyn.reference("chirp", ARM, start=START, **SWEEP)
+    run = lwr_dyn.simulate(ARM, loop, reference, duration=8.5, rate=500.0)
+    assert [one.joint for one in frequency_responses(run, ARM)] == [1, 2]
 
 
-def test_a_run_of_another_task_is_refused(two_runs):
-    with pytest.raises(OptionError, match="a run of the task 'step'"):
-        step_responses(two_runs[0])
+@pytest.mark.parametrize(("of", "task"), [(step_responses, "step"), (frequency_responses, "chirp")])
+def test_a_run_of_another_task_is_refused(two_runs, of, task):
+    with pytest.raises(OptionError, match=f"a run of the task '{task}'"):
+        of(two_runs[0])
 
 
 SWEEP = {"low": 1.0, "high": 40.0, "duration": 3.0}
@@ -168,29 +171,13 @@ def test_the_response_is_that_of_theory(xi, joint):
 
 
 @pytest.mark.slow
-def test_feed_forward_of_the_rates_leaves_nothing_to_follow():
+def test_feed_forward_of_the_rates_leaves_nothing_to_follow_and_noise_lowers_the_coherence():
     (found,) = frequency_responses(answered("chirp", 1.0, 7, rates=True, rate=1000.0, **SWEEP | {"high": 10.0}), ARM)
     assert np.abs(found.H - 1.0).max() < 3e-4  # of order 1 in the step: the taper ends with a jump of ddq
     assert np.isnan(found.bandwidth)
     assert found.to_json()["bandwidth"] is None
-
-
-def test_noise_lowers_the_coherence():
     loop = lwr_dyn.controller("inverse-dynamics", ARM)
     reference = lwr_dyn.reference("chirp", ARM, start=START, joint=4, **SWEEP)
-    run = lwr_dyn.simulate(ARM, loop, reference, encoder=Encoder(0.0, 3e-4, 100.0))
-    (found,) = frequency_responses(run, ARM)
+    (found,) = frequency_responses(lwr_dyn.simulate(ARM, loop, reference, encoder=Encoder(0.0, 3e-4, 100.0)), ARM)
     assert found.coherence[-1] < 0.999
     assert found.bandwidth == pytest.approx(5.2, rel=0.1)
-
-
-def test_sweeps_that_did_not_end_are_left_out():
-    loop = lwr_dyn.controller("inverse-dynamics", ARM)
-    reference = lwr_dyn.reference("chirp", ARM, start=START, **SWEEP)
-    run = lwr_dyn.simulate(ARM, loop, reference, duration=8.5, rate=500.0)
-    assert [one.joint for one in frequency_responses(run, ARM)] == [1, 2]
-
-
-def test_frequency_a_run_of_another_task_is_refused(two_runs):
-    with pytest.raises(OptionError, match="a run of the task 'chirp'"):
-        frequency_responses(two_runs[0])

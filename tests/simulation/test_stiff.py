@@ -52,17 +52,13 @@ def test_friction_takes_its_work(arm, move, law):
 @pytest.mark.parametrize(
     ("options", "fault"),
     [({"continuous": False}, "a controller that is sampled"), ({"friction": [symmetric(1.0, 0.0)] * 4}, "true stick"),
-     ({"elasticity": 1e4}, "elastic joints")],
+     ({"elasticity": 1e4}, "elastic joints"), ({"upper": 0.2}, r"joint_1 reaches its own before 0\.0")],
 )  # fmt: skip
 def test_what_it_lacks_is_refused_by_name(arm, move, law, options, fault):
+    narrow = replace(arm, limits=(replace(arm.limits[0], upper=options.pop("upper", 9.0)), *arm.limits[1:]))
+    stiff = {"continuous": True, "loop": "stiff", "friction": "none", "plant": narrow}
     with pytest.raises(OptionError, match=fault):
-        lwr_dyn.simulate(arm, law, move, **{"continuous": True, "loop": "stiff", "friction": "none", **options})
-
-
-def test_a_stop_in_reach_is_refused_with_its_time(arm, move, law):
-    narrow = replace(arm, limits=(replace(arm.limits[0], upper=0.2), *arm.limits[1:]))
-    with pytest.raises(OptionError, match=r"joint_1 reaches its own before 0\.0"):
-        lwr_dyn.simulate(arm, law, move, plant=narrow, continuous=True, loop="stiff", friction="none")
+        lwr_dyn.simulate(arm, law, move, **stiff | options)
 
 
 def test_between_samples_the_reference_is_its_own(move):

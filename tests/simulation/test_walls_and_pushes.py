@@ -23,18 +23,11 @@ NORMAL = np.array([1.0, 2.0, 2.0]) / 3.0
 K, LOSS, M, MU, SLIP = 2e4, 0.8, 1.5, 0.3, 0.02
 MODULE = "lwr_dyn.simulation.walls_and_pushes"
 SLIPS = (
-    ("inward = -self.normal.dot(velocity)", "inward = self.normal.dot(velocity)"),
     ("(1.0 + self.loss * inward), 0.0)", "(1.0 + self.loss * inward), -1e9)"),
     ("depth**self.exponent * (1.0", "depth * (1.0"),
-    ("velocity + inward * self.normal", "velocity - inward * self.normal"),
-    ("self.normal - drag * along", "self.normal + drag * along"),
-    ("+ self.slip_speed**2)", "+ self.slip_speed)"),
-    ("self.place - T[:3, 3] - arm_of_force", "self.place - T[:3, 3] + arm_of_force"),
     ("linear = J[:3] + _cross(arm_of_force).T.dot(J[3:])", "linear = J[:3] + _cross(arm_of_force).dot(J[3:])"),
     ("linear = J[:3] + _cross(arm_of_force).T.dot(J[3:])", "linear = J[:3]"),
     ("if not depth > 0.0:", "if not depth < 0.0:"),
-    ("(self.exponent + 1.0) / (self.exponent + 1.0)", "(self.exponent + 1.0) / self.exponent"),
-    ("[[0.0, -z, y], [z, 0.0, -x]", "[[0.0, z, y], [z, 0.0, -x]"),
 )
 
 
@@ -106,29 +99,6 @@ def test_a_press_closes_the_audit_with_its_channel():
     assert -run.work["external"][-1] > wall.energy(run.q[-1])  # the rest is lost to friction and damping
 
 
-@pytest.mark.parametrize(
-    "options", [{"stiffness": 0.0}, {"stiffness": -1.0}, {"loss": -0.1}, {"exponent": 0.5}, {"friction": -0.1},
-                {"slip_speed": 0.0}, {"stiffness": float("inf")}, {"normal": [0.0, 0.0, 0.0]}],
-)  # fmt: skip
-def test_bad_numbers_are_refused(options):
-    with pytest.raises(OptionError, match=next(iter(options))):
-        Wall(ARM, **({"place": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]} | options))
-
-
-@pytest.mark.parametrize("options", [{"place": [0.0, 0.0]}, {"point": np.eye(3)}, {"normal": [0.0, np.nan, 1.0]}])
-def test_arrays_of_another_shape_are_refused(options):
-    with pytest.raises(ShapeError, match=next(iter(options))):
-        Wall(ARM, **({"place": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]} | options))
-
-
-def test_states_that_do_not_fit_are_refused():
-    wall = Wall(ARM, TIP, [0.0, 0.0, 1.0])
-    with pytest.raises(ShapeError, match="dq"):
-        wall.forces(np.zeros((2, 7)), np.zeros((3, 7)))
-    with pytest.raises(ShapeError, match="q"):
-        wall.depth(np.zeros(6))
-
-
 FORCE = np.array([3.0, -2.0, 5.0])
 POINT = np.array([0.02, -0.03, 0.05])
 
@@ -159,11 +129,9 @@ def check_push(module):
 
 
 PUSH_SLIPS = (
-    ("gravity=-self.force", "gravity=self.force"),
     ("share * self._pull(q)", "self._pull(q)"),
     ("unit if j == place", "unit if j == len(names) - 1"),
     ("unit.seen_from(chain.flange)", "unit"),
-    ("6.0 * x - 15.0", "6.0 * x + 15.0"),
     ("self.start + self.duration - t", "self.duration - t"),
 )
 
@@ -180,23 +148,6 @@ def test_its_work_closes_the_audit_and_it_is_written_down():
     assert abs(run.work["external"][-1]) > 1e-4
     assert run.meta["external"] == {"name": "push", "label": "push", "parameters": push.parameters}
     assert not run.signals["tau_external"][:100].any()
-
-
-@pytest.mark.parametrize(
-    ("options", "error", "words"),
-    [
-        ({"force": (1.0, 2.0)}, ShapeError, "push force"),
-        ({"force": (1.0, np.nan, 0.0)}, ShapeError, "push force"),
-        ({"at": "elbow"}, OptionError, "push at: elbow; allowed: flange, link_1, "),
-        ({"duration": 0.0}, OptionError, "push duration"),
-        ({"rise": 0.0}, OptionError, "push rise"),
-        ({"rise": 0.2}, OptionError, "push rise: 0.2; allowed: at most half of the duration, 0.15 s"),
-        ({"start": np.inf}, OptionError, "push start"),
-    ],
-)
-def test_bad_pushes_are_refused(options, error, words):
-    with pytest.raises(error, match=words):
-        Push(lwr(), **{"force": FORCE, "start": 1.0, "duration": 0.3} | options)
 
 
 def test_the_course_is_smooth():
@@ -218,9 +169,39 @@ def test_numbers_where_nothing_is_given_and_the_course_to_its_ends():
     times = np.array([0.9, 1.0, 1.05, 1.1, 1.2, 1.3, 1.4, 1.5])
     u = np.array([0.0, 0.0, 0.25, 0.5, 1.0, 0.5, 0.0, 0.0])
     np.testing.assert_allclose([whole.share(t) for t in times], 10 * u**3 - 15 * u**4 + 6 * u**5, atol=1e-12)
-    with pytest.raises(OptionError, match=r"push rise: 0.21; allowed: at most half of the duration, 0.2 s"):
-        Course(1.0, 0.4, 0.21)
-    for bad, words in (((np.inf, 0.4), "push start: inf; allowed: a number, in s"),
-                       ((1.0, 0.0), "push duration: 0.0; allowed: a number above 0, in s")):  # fmt: skip
-        with pytest.raises(OptionError, match=words):
-            Course(*bad)
+
+
+def wall(**options):
+    return Wall(ARM, **({"place": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]} | options))
+
+
+def push(**options):
+    return Push(lwr(), **{"force": FORCE, "start": 1.0, "duration": 0.3} | options)
+
+
+BAD = [
+    *((wall, {name: bad}, OptionError, f"{name} of a wall: {bad}; allowed: a number ")
+      for name, bad in (("stiffness", 0.0), ("stiffness", -1.0), ("stiffness", np.inf), ("loss", -0.1),
+                        ("exponent", 0.5), ("friction", -0.1), ("slip_speed", 0.0))),
+    (wall, {"normal": [0.0, 0.0, 0.0]}, OptionError, "normal"),
+    (wall, {"place": [0.0, 0.0]}, ShapeError, "place: 2 numbers; allowed: 3 numbers"),
+    (wall, {"point": np.eye(3)}, ShapeError, "point"),
+    (wall, {"normal": [0.0, np.nan, 1.0]}, ShapeError, "normal: nan"),
+    (push, {"force": (1.0, 2.0)}, ShapeError, "push force: 2 numbers; allowed: 3 numbers"),
+    (push, {"force": (1.0, np.nan, 0.0)}, ShapeError, "push force: nan"),
+    (push, {"at": "elbow"}, OptionError, "push at: elbow; allowed: flange, link_1, "),
+    (push, {"duration": 0.0}, OptionError, "push duration: 0.0; allowed: a number above 0, in s"),
+    (push, {"rise": 0.0}, OptionError, "push rise: 0.0"),
+    (push, {"rise": 0.151}, OptionError, "push rise: 0.151; allowed: at most half of the duration, 0.15 s"),
+    (push, {"start": np.inf}, OptionError, "push start: inf; allowed: a number, in s"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("made", "options", "error", "words"), BAD)
+def test_walls_pushes_and_states_that_cannot_be(made, options, error, words):
+    with pytest.raises(error, match=words):
+        made(**options)
+    with pytest.raises(ShapeError, match="dq"):
+        wall().forces(np.zeros((2, 7)), np.zeros((3, 7)))
+    with pytest.raises(ShapeError, match="q"):
+        wall().depth(np.zeros(6))

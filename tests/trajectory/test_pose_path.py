@@ -1,4 +1,4 @@
-"""Timed pose paths: spatial velocity and acceleration against differences of the poses."""
+"""Timed pose paths: spatial velocity and acceleration against differences of the poses; curves through poses."""
 
 import math
 from itertools import pairwise
@@ -14,9 +14,8 @@ from lwr_dyn.trajectory.motion_profile import quintic
 from lwr_dyn.trajectory.path import arc, line, path_of
 from lwr_dyn.trajectory.pose_path import constant_orientation, slerp, steps_between, straight, through, timed_pose_path
 from lwr_dyn.trajectory.timings import blended, double_s_in
+from tests.trajectory.differences import check_derivatives, places_around, slope
 
-STENCIL = np.array([-4, -3, -2, -1, 1, 2, 3, 4])
-WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
 STEP = 1e-3
 """[s] Eighth order of motions that last seconds: truncation below rounding, 1e-16 / 1e-3."""
 DIFFERENCE = 1e-11
@@ -28,21 +27,15 @@ def turning_arc():
     return timed_pose_path(path, slerp(START, END, path.length), quintic(path.length, 2.0))
 
 
-def vee(S):
-    return np.stack([S[:, 2, 1], S[:, 0, 2], S[:, 1, 0]], axis=1)
-
-
 def test_velocity_and_acceleration_are_the_derivatives_of_the_pose():
-    poses = turning_arc()
-    t = np.linspace(0.01, 1.99, 37)
-    here, around = poses.at(t), poses.at((t[:, None] + STEP * STENCIL).ravel())
-    dT = np.einsum("ksij,s->kij", around.T.reshape(len(t), -1, 4, 4), WEIGHTS) / STEP
-    dv = np.einsum("ksi,s->ki", around.velocity.reshape(len(t), -1, 6), WEIGHTS) / STEP
+    poses, t = turning_arc(), np.linspace(0.01, 1.99, 37)
+    here, dT = poses.at(t), slope(poses.at(places_around(t, STEP)).T, STEP)
     np.testing.assert_allclose(here.velocity[:, :3], dT[:, :3, 3], atol=DIFFERENCE)
     spin = dT[:, :3, :3] @ np.swapaxes(here.T[:, :3, :3], 1, 2)
-    np.testing.assert_allclose(spin, -np.swapaxes(spin, 1, 2), atol=DIFFERENCE)
-    np.testing.assert_allclose(here.velocity[:, 3:], vee(spin), atol=DIFFERENCE)
-    np.testing.assert_allclose(here.acceleration, dv, atol=DIFFERENCE)
+    x, y, z = here.velocity[:, 3:].T
+    wanted = np.array([[0 * x, -z, y], [z, 0 * x, -x], [-y, x, 0 * x]]).transpose(2, 0, 1)
+    np.testing.assert_allclose(spin, wanted, atol=DIFFERENCE)
+    check_derivatives(poses.at, t, STEP, ("velocity", "acceleration"), atol=DIFFERENCE)
 
 
 @pytest.mark.slow
@@ -52,40 +45,52 @@ def test_blended_path_with_a_smooth_law_has_no_jump_of_acceleration_anywhere():
     poses = timed_pose_path(path, constant_orientation(np.eye(3)), double_s_in(path.sections(), 3.0, 0.5, 5.0))
     h = 1e-5
     a = poses.at(np.arange(0.0, 3.0, h)).acceleration
-    jerk = np.abs(np.diff(a, axis=0)).max() / h
-    assert jerk < 30.0  # bounded: an unblended corner gives 0.2 m/s / h = 2e4
+    assert np.abs(np.diff(a, axis=0)).max() / h < 30.0  # bounded: an unblended corner gives 0.2 m/s / h = 2e4
 
 
 def test_slerp_reaches_both_ends_the_short_way_and_stands_still_outside():
     poses = turning_arc()
     ends = poses.at([-1.0, 0.0, 2.0, 9.0])
-    np.testing.assert_allclose(ends.T[:2, :3, :3], [START, START], atol=1e-14)
-    np.testing.assert_allclose(ends.T[2:, :3, :3], [END, END], atol=1e-14)
+    np.testing.assert_allclose(ends.T[:, :3, :3], [START, START, END, END], atol=1e-14)
     assert not ends.velocity[[0, 3]].any()
     assert poses.orientation.rate * poses.length < math.pi
     assert slerp(START, START, 1.0).rate == 0.0
-
-
-def test_what_is_no_rotation_or_no_match_is_refused():
-    with pytest.raises(ShapeError, match="R: an array of 4 x 4 numbers"):
-        constant_orientation(np.eye(4))
-    with pytest.raises(OptionError, match="differs from 1"):
-        constant_orientation(1.1 * np.eye(3))
-    with pytest.raises(OptionError, match="left-handed"):
-        constant_orientation(np.diag([1.0, 1.0, -1.0]))
-    with pytest.raises(OptionError, match="less than 180 deg"):
-        slerp(np.eye(3), rot_z(math.pi), 1.0)
-    path = path_of([line((0, 0, 0), (1, 0, 0))])
-    with pytest.raises(OptionError, match="a length of 2; allowed: the path's length, 1 m"):
-        timed_pose_path(path, constant_orientation(np.eye(3)), quintic(2.0, 1.0))
-    with pytest.raises(ShapeError, match="nan"):
-        turning_arc().at([np.nan])
+    assert slerp(np.eye(3), rot_z(math.pi - 2e-6), 2.0).rate == pytest.approx(math.pi / 2, abs=2e-6)
 
 
 def pose(xyz, rotvec=(0.0, 0.0, 0.0)):
     T = np.eye(4)
     T[:3, 3], T[:3, :3] = xyz, Rotation.from_rotvec(rotvec).as_matrix()
     return T
+
+
+UNIT = path_of([line((0, 0, 0), (1, 0, 0))])
+HALF = "half a turn from the pose before; allowed: less than 180 deg; put a waypoint in between"
+BAD = [
+    (lambda: constant_orientation(np.eye(4)), ShapeError, "R: an array of 4 x 4 numbers"),
+    (lambda: constant_orientation(1.1 * np.eye(3)), OptionError, r"R: R R\^T differs from 1 by 0.21; allowed: a rotat"),
+    (lambda: constant_orientation((1.0 + 6e-7) * np.eye(3)), OptionError, r"R R\^T differs from 1 by 1.2e-06"),
+    (lambda: constant_orientation(np.diag([1.0, 1.0, -1.0])), OptionError, "R: left-handed; allowed: a rotation mat"),
+    (lambda: slerp(np.eye(3), rot_z(math.pi - 5e-7), 1.0), OptionError, "R_end: half a turn .* less than 180 deg"),
+    (lambda: slerp(2.0 * np.eye(3), np.eye(3), 1.0), OptionError, "R_start: R R"),
+    (lambda: timed_pose_path(UNIT, constant_orientation(np.eye(3)), quintic(1.0 + 2e-9, 1.0)), OptionError,
+     "profile: a length of 1; allowed: the path's length, 1 m"),
+    (lambda: timed_pose_path(UNIT, constant_orientation(np.eye(3)), quintic(2.0, 1.0)), OptionError,
+     "profile: a length of 2; allowed: the path's length, 1 m"),
+    (lambda: turning_arc().at([np.nan]), ShapeError, "nan"),
+    (lambda: straight(pose((0, 0, 0)), pose((1, 0, 0), (np.pi - 5e-7, 0, 0)), "waypoint 2"), OptionError,
+     f"waypoint 2: {HALF}"),
+    (lambda: through(np.array([pose((0, 0, 0)), pose((1, 0, 0)), pose((1, 0, 0), (np.pi, 0, 0))])), OptionError,
+     f"waypoint 3: {HALF}"),
+    (lambda: through(np.array([pose((0, 0, 0)), pose((1, 0, 0)), pose((1, 0, 0))])), OptionError,
+     "waypoints 2 and 3: the same pose; allowed: waypoints apart from each other"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("make", "error", "says"), BAD, ids=[says for *_, says in BAD])
+def test_what_is_no_rotation_no_match_or_no_curve_is_refused(make, error, says):
+    with pytest.raises(error, match=says):
+        make()
 
 
 def test_a_straight_curve_moves_and_turns_at_a_constant_share():
@@ -96,28 +101,23 @@ def test_a_straight_curve_moves_and_turns_at_a_constant_share():
     np.testing.assert_allclose(np.diff(T[:, :3, 3], axis=0), [[0.075, 0.0, 0.1]] * 4, atol=1e-15)
     turns = [Rotation.from_matrix(b[:3, :3] @ a[:3, :3].T).as_rotvec() for a, b in pairwise(T)]
     np.testing.assert_allclose(turns, [turns[0]] * 4, atol=1e-15)
-    assert curve.length == pytest.approx(0.5)
-    assert curve.turn == pytest.approx(4.0 * np.linalg.norm(turns[0]))
+    assert (curve.length, curve.turn) == pytest.approx((0.5, 4.0 * np.linalg.norm(turns[0])))
+    assert curve.marks == (0.0, 1.0)
 
 
 def test_a_smooth_curve_passes_its_waypoints_without_a_corner():
+    """u is the share of the chords, in which a turn of 1 rad counts as 1 m."""
     waypoints = np.array([pose((0, 0, 0)), pose((1, 0, 0), (0, 0, 1.0)), pose((1, 1, 0), (0, 1.0, 0)), pose((0, 1, 1))])
     curve = through(waypoints)
+    relative = Rotation.from_rotvec([0, 0, 1.0]).inv() * Rotation.from_rotvec([0, 1.0, 0])
+    steps = [np.sqrt(2.0), np.hypot(1.0, relative.magnitude()), np.sqrt(3.0)]
+    np.testing.assert_allclose(curve.marks, np.cumsum([0.0, *steps]) / sum(steps), rtol=1e-14)
     np.testing.assert_allclose(curve.poses(np.array(curve.marks)), waypoints, atol=1e-14)
     for u in curve.marks[1:-1]:
         before, at, after = curve.poses(np.array([u - 1e-6, u, u + 1e-6]))
         np.testing.assert_allclose(at - before, after - at, atol=1e-9)
-    assert curve.length > 2.0 + np.sqrt(2.0)
-
-
-def test_half_a_turn_has_no_shortest_way():
-    with pytest.raises(OptionError, match=r"waypoint 2: half a turn.*put a waypoint in between"):
-        straight(pose((0, 0, 0)), pose((1, 0, 0), (np.pi, 0, 0)), "waypoint 2")
-
-
-def test_waypoints_that_are_the_same_are_refused():
-    with pytest.raises(OptionError, match="waypoints 2 and 3: the same pose"):
-        through(np.array([pose((0, 0, 0)), pose((1, 0, 0)), pose((1, 0, 0))]))
+    ways, turns = steps_between(curve.poses(np.linspace(0.0, 1.0, 20_001)))
+    assert (curve.length, curve.turn) == pytest.approx((ways.sum(), turns.sum()), rel=1e-3)
 
 
 @pytest.mark.slow

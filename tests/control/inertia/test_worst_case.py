@@ -1,6 +1,7 @@
 """The global search: never beaten by brute force, and it reports its steps."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -14,14 +15,8 @@ from lwr_dyn.control.inertia.worst_case import (
     worst_case_inertias,
 )
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.arm import JointLimits
 from tests.random_arms import random_arm
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("lwr4plus")
 
 
 @pytest.fixture(scope="module")
@@ -36,30 +31,16 @@ def test_diagonal_is_that_of_the_mass_matrix(arm):
         assert np.abs(diagonal(Recursion.of(arm.chain), i, q) - B[:, i, i]).max() < 1e-13
 
 
-def test_brute_force_never_beats_the_search(arm, found):
-    q = np.random.default_rng(1).uniform(arm.lower, arm.upper, (100_000, 7))
-    for w in found:
-        values = diagonal(Recursion.of(arm.chain), w.joint, q)
-        assert values.max() <= w.value * (1 + 1e-12)
-        assert values.max() > 0.97 * w.value  # and comes near: the maximum is not an artefact
-
-
-def test_the_maximiser_gives_the_value_inside_the_limits(arm, found):
-    B = lwr_dyn.dynamics_of(arm).mass_matrix(np.array([w.q for w in found]))
+def test_brute_force_never_beats_the_search_and_the_maximiser_gives_the_value_inside_the_limits(arm, found):
+    q, B = np.random.default_rng(1).uniform(arm.lower, arm.upper, (100_000, 7)), lwr_dyn.dynamics_of(arm).mass_matrix
     for i, w in enumerate(found):
-        assert B[i, i, i] == pytest.approx(w.value, rel=2e-5)  # free joints at their middle
-        assert (w.q >= arm.lower).all()
-        assert (w.q <= arm.upper).all()
+        values = diagonal(Recursion.of(arm.chain), i, q)
+        assert w.joint == i
+        assert 0.97 * w.value < values.max() <= w.value * (1 + 1e-12)  # it comes near: no artefact
+        assert B(w.q)[i, i] == pytest.approx(w.value, rel=2e-5)  # free joints at their middle
+        assert ((w.q >= arm.lower) & (w.q <= arm.upper)).all()
         assert w.free[: i + 1] == (True,) * (i + 1)
         assert "climbs" in w.statement()
-
-
-@pytest.mark.slow
-def test_the_smallest_is_below_the_largest_and_a_held_joint_stays(arm):
-    held = {3: 0.5}
-    most, least = (worst_case_inertia(arm, 0, held, smallest=s) for s in (False, True))
-    assert least.value < most.value < worst_case_inertia(arm, 0).value
-    assert most.q[3] == 0.5
 
 
 def test_joints_that_change_nothing_stand_at_the_middle_of_their_limits(arm):
@@ -106,22 +87,34 @@ def test_along_one_joint_the_largest_value_is_found_to_its_last_digits(arm):
         assert np.abs(slope[inside]).max() < 1e-12 * np.abs(waves).max()
 
 
+def sliding(seed):
+    """A random arm whose third and fifth joint slide, in a box."""
+    loose = random_arm(seed, "RRPRP")
+    return replace(loose, limits=(JointLimits(lower=-0.6, upper=0.9),) * loose.n)
+
+
+def test_along_a_sliding_joint_an_end_or_the_vertex_of_the_parabola_is_best():
+    arm, grid = sliding(0), np.linspace(-0.6, 0.9, 3001)
+    recursion, kinds = Recursion.of(arm.chain), tuple(link.kind for link in arm.chain.links)
+    q, ends = np.random.default_rng(4).uniform(-0.6, 0.9, (20, 5)), set()
+    for sign, joint in product((1.0, -1.0), (2, 4)):
+        inertia = JointInertia(recursion, kinds, 0, arm.lower, arm.upper, sign)
+        best, values = inertia.line_maximum(q, joint), inertia.at(with_joint_values(q, joint, grid))
+        found = np.array([inertia.at(with_joint_values(q[[k]], joint, best[[k]]))[0, 0] for k in range(20)])
+        np.testing.assert_allclose(found, values.max(axis=1), rtol=1e-6, atol=1e-9)
+        assert (found >= values.max(axis=1) - 1e-12).all()
+        ends |= set(np.isclose(np.abs(best - 0.15), 0.75).tolist())
+    assert ends == {True, False}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2, 3])
 def test_sliding_joints_are_searched_to_their_ends_and_to_their_vertex(seed):
-    loose = random_arm(seed, "RRPRP")
-    box = JointLimits(lower=-0.6, upper=0.9)
-    sliding = replace(loose, limits=tuple(box for _ in loose.limits))
-    q = np.random.default_rng(seed).uniform(-0.6, 0.9, (50_000, 5))
-    values = diagonal(Recursion.of(sliding.chain), 0, q)
-    most, least = (worst_case_inertia(sliding, 0, smallest=s).value for s in (False, True))
+    arm, q = sliding(seed), np.random.default_rng(seed).uniform(-0.6, 0.9, (50_000, 5))
+    values = diagonal(Recursion.of(arm.chain), 0, q)
+    most, least = (worst_case_inertia(arm, 0, smallest=s).value for s in (False, True))
     assert least * (1 - 1e-12) <= values.min() < 1.2 * least
     assert 0.8 * most < values.max() <= most * (1 + 1e-12)
-
-
-def test_an_arm_without_masses_has_no_inertia():
-    with pytest.raises(MissingDataError):
-        worst_case_inertias(lwr_dyn.load("lwr4"))
 
 
 def test_maxima_are_kept_by_the_content_of_the_arm(monkeypatch):

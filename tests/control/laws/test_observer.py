@@ -1,18 +1,35 @@
 """The estimate follows the true external torque as an ideal first-order filter would, on rigid and on moving arms."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
-from lwr_dyn.control.laws.observer import CollisionThreshold, MomentumObserver, observed
+from lwr_dyn.control.laws.observer import (
+    OFFSET,
+    SIGMAS,
+    CollisionThreshold,
+    MomentumObserver,
+    box_threshold,
+    friction_level,
+    motion_threshold,
+    noise_gain,
+    observed,
+)
+from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.control.protocol import JointReadings
-from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.model.arm import arm_with_payload
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.model.arm import JointLimits, arm_with_payload
+from lwr_dyn.model.friction import Direction, JointFriction, Sigmoid
+from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.walls_and_pushes import Push
+from tests.control.laws.collisions import PLACES, pushes, table
+from tests.random_arms import random_arm
 from tests.simulation.sample_runs import Still, joint_waves, lwr, lwr_dynamics
 from tests.slips import uncaught
 from tests.tolerances import OBSERVER_SHARE
@@ -68,31 +85,6 @@ def test_within_a_thousandth_of_the_ideal_filter_for_a_moving_push(gain, rise, a
         assert np.ptp(true[100:300], axis=0).max() > 0.2  # the force is held, the pose is not
 
 
-def test_an_euler_step_in_place_of_the_exact_form_would_not_be():
-    """What the exact form is for: the textbook's Euler step, on the same run."""
-    run, gain, T = pushed(), 50.0, 1e-3
-    raw, r, total, start, last = lwr_dynamics().ungated, np.zeros(7), np.zeros(7), None, np.zeros(7)
-    rows = []
-    for q, dq, tau in zip(run.q, run.dq, [np.zeros(7), *run.tau_applied[:-1]], strict=True):
-        p = raw.mass_matrix(q) @ dq
-        if start is None:
-            start = p
-        else:
-            total = total + T * (tau + last + r)
-            r = gain * (p - start - total)
-        last = dq @ raw.coriolis_matrix(q, dq) - raw.gravity_vector(q)
-        rows.append(r)
-    true = run.signals["tau_external"]
-    error = np.linalg.norm(np.array(rows) - ideal(run.t, true, gain), axis=1).max()
-    assert error > 4 * OBSERVER_SHARE * np.linalg.norm(true, axis=1).max()
-
-
-def test_nothing_is_seen_where_nothing_acts():
-    run = moving(None)
-    r = estimate(run, MomentumObserver(lwr_dynamics(), 50.0))
-    assert np.abs(r).max() < NOTHING
-
-
 def test_an_unknown_payload_is_seen_as_its_weight():
     """Held still, the estimate of a load that the model lacks tends to the load's weight at the joints."""
     load = 0.3
@@ -119,37 +111,29 @@ def test_rows_of_states_are_observed_as_single_ones():
 
 
 @pytest.mark.parametrize(
-    ("gain", "error", "words"),
+    ("observer", "options", "words"),
     [
-        (0.0, OptionError, "observer gain: .*above 0"),
-        (-50.0, OptionError, "observer gain: .*above 0"),
-        (np.nan, ShapeError, "observer gain"),
-        ([50.0, 50.0], ShapeError, "observer gain"),
+        ({"observer_gain": 1001.0}, {}, "observer gain: 1001 1/s; allowed: at most the rate, 1000 1/s"),
+        ({"observer_cutoff": 600.0}, {}, "cut-off of the velocity filter: 600.0; allowed: above 0 and below 500 Hz"),
+        ({}, {"continuous": True}, "continuous: "),
     ],
 )
-def test_gains_that_are_none_are_refused(gain, error, words):
-    with pytest.raises(error, match=words):
-        MomentumObserver(lwr_dynamics(), gain)
-
-
-def test_a_gain_too_fast_for_the_rate_is_refused_in_one_line():
-    law = lwr_dyn.controller("inverse-dynamics+observer", lwr(), observer_gain=1001.0)
-    with pytest.raises(OptionError, match="observer gain: 1001 1/s; allowed: at most the rate, 1000 1/s") as fault:
-        simulate(lwr(), law, Still(POSE, 0.01))
+def test_what_the_loop_does_not_allow_is_one_line(observer, options, words):
+    law = make_controller("inverse-dynamics+observer", lwr(), **observer)
+    with pytest.raises(OptionError) as fault:
+        simulate(lwr(), law, Still(POSE, 0.01), **options)
+    assert str(fault.value).startswith(words)
     assert "\n" not in str(fault.value)
-    simulate(lwr(), law, Still(POSE, 0.01), rate=2000.0)
+    if not options:
+        simulate(lwr(), law, Still(POSE, 0.01), rate=2000.0)
 
 
 SLIPS = (
-    ("- self._gravity(q)", "+ self._gravity(q)"),
     ("dq @ self._coriolis(q, dq)", "self._coriolis(q, dq) @ dq"),
-    ("- tau - (b + b_last) / 2", "+ tau - (b + b_last) / 2"),
     ("- (b + b_last) / 2", "- b_last"),
-    ("(p - p_last) / self.interval", "(p - p_last) * self.interval"),
     ("-np.expm1(-self.gain * interval)", "self.gain * interval"),
     ("self._weight * (mean - self.r)", "self._weight * mean"),
     ("self._last = p, b\n        return self.r\n", "return self.r\n"),
-    ("p = p - self._rotor * dq", "p = p + self._rotor * dq"),
 )
 """Signs, a missing transpose, Euler steps, a filter that does not forget, a state that is kept, the rotor's side."""
 
@@ -173,63 +157,20 @@ def test_planted_slips_are_caught():
     assert not uncaught(MODULE, SLIPS, check)
 
 
-OPTIONS = {"duration": 0.3}
-
-
 def run_of(law, **options):
     push = Push(lwr(), (30.0, 0.0, 0.0), start=0.1, duration=0.2)
-    return simulate(lwr(), law, joint_waves(), external=push, **OPTIONS | options)
+    return simulate(lwr(), law, joint_waves(), external=push, **{"duration": 0.3} | options)
 
 
 @pytest.mark.parametrize("name", ["pid", "inverse-dynamics"])
-def test_the_law_is_untouched(name):
+def test_the_law_is_untouched_and_a_push_is_flagged_and_nothing_before_it(name):
     plain, watched = run_of(make_controller(name, lwr())), run_of(make_controller(f"{name}+observer", lwr()))
     np.testing.assert_array_equal(watched.q, plain.q)
-    assert watched.meta["controller"]["name"] == f"{name}+observer"
-    assert watched.meta["controller"]["parameters"]["observer"]["sigmas"] == 7.0
-
-
-@pytest.mark.parametrize("delay", [0, 3])
-def test_the_estimate_is_that_of_the_torque_that_was_applied(delay):
-    """Through a delay too, and where torques are cut at their limits."""
-    run = run_of(make_controller("inverse-dynamics+observer", lwr()), delay=delay)
-    assert delay == 3 or (run.tau_command == run.tau_applied).all()
-    observer, last = MomentumObserver(lwr_dynamics(), 50.0), [None, *run.tau_applied[:-1]]
-    again = [observer(*sample) for sample in zip(run.t.tolist(), run.q, run.dq, last, strict=True)]
-    np.testing.assert_allclose(run.signals["external_torque"], again, rtol=0, atol=1e-11)
-
-
-def test_a_push_is_flagged_and_nothing_before_it():
-    run = run_of(make_controller("inverse-dynamics+observer", lwr()))
-    flag = run.signals["collision"][:, 0]
+    record = watched.meta["controller"]
+    assert (record["name"], record["parameters"]["observer"]["sigmas"]) == (f"{name}+observer", 7.0)
+    flag = watched.signals["collision"][:, 0]
     assert set(flag) == {0.0, 1.0}
-    assert 0.1 < run.t[np.argmax(flag)] < 0.13
-
-
-def test_a_controller_of_ones_own_and_one_without_sensors():
-    """Called without `sense`, it takes the law's own torques, cut at the limits."""
-    law = observed(lambda *state: np.full(7, 1e4), lwr(), lwr_dynamics())
-    q, zero = np.full(7, 0.3), np.zeros(7)
-    law.reset()
-    for k in range(3):
-        law(1e-3 * k, q, zero, q, zero, zero)
-    seen = -(lwr().effort - lwr_dynamics().gravity_vector(q))  # at rest all the same: something holds it
-    share = 1 - np.exp(-2 * 0.05)
-    np.testing.assert_allclose(law.signals["external_torque"], share * seen, rtol=1e-9)
-
-
-def test_it_watches_the_link_side_of_elastic_joints():
-    """The readings of the joint torque sensors, and B without the rotors, where a spring stands between."""
-    law, rng = make_controller("inverse-dynamics+observer", lwr()), np.random.default_rng(0)
-    law.reset()
-    rows = rng.uniform(-1, 1, (5, 3, 7))
-    links, last = MomentumObserver(lwr_dynamics(), 50.0, lwr().armature), None
-    for k, (q, dq, torque) in enumerate(rows):
-        law.sense(JointReadings(q + 0.01, 2 * dq, q, dq, torque))
-        law(1e-3 * k, q + 0.01, 2 * dq, q, dq, dq)
-        expected = links(1e-3 * k, q, dq, None if last is None else (last + torque) / 2)
-        np.testing.assert_allclose(law.signals["external_torque"], expected, rtol=0, atol=1e-9 * np.abs(expected).max())
-        last = torque
+    assert 0.1 < watched.t[np.argmax(flag)] < 0.13
 
 
 def test_a_push_on_elastic_joints_is_seen_through_the_torque_sensors():
@@ -238,26 +179,20 @@ def test_a_push_on_elastic_joints_is_seen_through_the_torque_sensors():
     push = Push(arm, (20.0, 0.0, 0.0), start=0.05, duration=0.15, rise=0.03)
     law = make_controller("inverse-dynamics+observer", arm, omega_n=20.0)
     run = simulate(arm, law, joint_waves(), duration=0.25, external=push, elasticity="file")
-    true, seen = run.signals["tau_external"], run.signals["external_torque"]
-    ideal = np.zeros_like(true)
-    for k in range(1, len(true)):
-        ideal[k] = np.exp(-0.05) * ideal[k - 1] + (1 - np.exp(-0.05)) * (true[k - 1] + true[k]) / 2
-    assert np.abs(seen - ideal).max() < 1e-3 * np.abs(true).max()
+    true = run.signals["tau_external"]
+    middle = (true + np.vstack([0.0 * true[:1], true[:-1]])) / 2.0
+    wanted = lfilter([1.0 - np.exp(-0.05)], [1.0, -np.exp(-0.05)], middle, axis=0)
+    assert np.abs(run.signals["external_torque"] - wanted).max() < 1e-3 * np.abs(true).max()
     assert np.abs(run.signals["torque_sensor"] - run.tau_applied).max() > 0.1  # not the torque of the motors
 
 
-def test_a_continuous_run_is_refused():
-    for name in ("inverse-dynamics+observer", "pid+observer"):
-        with pytest.raises(OptionError, match="continuous"):
-            run_of(make_controller(name, lwr()), continuous=True)
-
-
 def test_signals_and_beginning_of_the_inner_law_stay():
+    begun = []
+
     def law(*state):
         return np.zeros(7)
 
-    law.signals, begun = {"own": np.ones(2)}, []
-    law.reset = lambda: begun.append(0.0)
+    law.signals, law.reset = {"own": np.ones(2)}, lambda: begun.append(0.0)
     watched = observed(law, lwr(), lwr_dynamics())
     assert set(watched.signals) == {"own", "external_torque", "collision"}
     begun.clear()
@@ -265,30 +200,8 @@ def test_signals_and_beginning_of_the_inner_law_stay():
     assert begun == [0.0]
 
 
-@pytest.mark.parametrize(
-    ("options", "error", "words"),
-    [
-        ({"observer_gain": 0.0}, OptionError, "observer gain"),
-        ({"observer_threshold": [1.0] * 6}, ShapeError, "observer threshold"),
-        ({"observer_threshold": -1.0}, OptionError, "observer threshold"),
-        ({"observer_payload": -0.3}, OptionError, "payload mass"),
-        ({"observer_noise": -1e-5}, OptionError, "observer noise"),
-        ({"observer_noise": np.nan}, OptionError, "observer noise"),
-        ({"observer_speed": 3.0}, OptionError, "observer_speed"),
-    ],
-)
-def test_bad_options_are_refused(options, error, words):
-    with pytest.raises(error, match=words):
-        make_controller("inverse-dynamics+observer", lwr(), **options)
-
-
-def test_a_velocity_filter_that_the_rate_does_not_allow():
-    with pytest.raises(OptionError, match="velocity filter"):
-        run_of(make_controller("inverse-dynamics+observer", lwr(), observer_cutoff=600.0))
-
-
 def check_laws(module):
-    """The estimate of a run with a delay, with torque cut, on elastic readings; the flag at a level of one's own."""
+    """The estimate with a delay, without sensors (the law's torques, cut), on elastic readings; one's own level."""
     law = lwr_dyn.controller("inverse-dynamics", lwr())
     threshold = CollisionThreshold(np.full(7, 2.0))
     watched = module.observed(law, lwr(), lwr_dynamics(), observer_threshold=threshold)
@@ -303,7 +216,8 @@ def check_laws(module):
     q, zero, links, torque = np.full(7, 0.3), np.zeros(7), MomentumObserver(lwr_dynamics(), 50.0, lwr().armature), None
     for k in range(3):
         law(1e-3 * k, q, zero, q, zero, zero)
-    assert (law.signals["external_torque"] < 0.0).all()
+    seen = lwr_dynamics().gravity_vector(q) - lwr().effort  # at rest all the same: something holds it
+    np.testing.assert_allclose(law.signals["external_torque"], (1 - np.exp(-2 * 0.05)) * seen, rtol=1e-9)
     law.reset()
     for k in range(4):
         law.sense(JointReadings(q, zero, q + 0.1 * k, zero + k, np.full(7, 3.0 * k)))
@@ -325,4 +239,128 @@ LAWS_SLIPS = (
 
 
 def test_planted_slips_of_laws_are_caught():
-    assert not uncaught("lwr_dyn.control.laws.observer", LAWS_SLIPS, check_laws)
+    assert not uncaught(MODULE, LAWS_SLIPS, check_laws)
+
+
+NOISE, CUTOFF, STILL_GAIN, T = 1e-5, 30.0, 50.0, 1e-3
+GAINS = np.full(7, STILL_GAIN)
+
+
+def still():
+    return Still(POSE, 1.0).sample(np.zeros(1))
+
+
+@cache
+def standard_deviation(noise, cutoff, gain):
+    """Of the estimate (n,) while the arm stands, by a run."""
+    law = observed(InverseDynamics(lwr_dynamics(), 225.0, 30.0), lwr(), lwr_dynamics(), observer_gain=gain)
+    encoder = Encoder(noise=noise, cutoff_hz=cutoff)
+    run = simulate(lwr(), law, Still(POSE, 3.0), encoder=encoder, seed=3)
+    return run.signals["external_torque"][300:].std(axis=0)
+
+
+def check_levels(module):
+    """Sigma against a run at two cut-offs and gains; the bias against arms that carry the load; the level of both."""
+    for cutoff, gain in ((30.0, 50.0), (100.0, 20.0)):
+        threshold = module.motion_threshold(lwr(), lwr_dynamics(), still(), 0.3, NOISE, cutoff)
+        sigma = threshold.sigma(np.full(7, gain), T)
+        np.testing.assert_allclose(sigma, standard_deviation(NOISE, cutoff, gain), rtol=0.15)
+        np.testing.assert_allclose(threshold.level(np.full(7, gain), T), threshold.bias + SIGMAS * sigma, rtol=1e-12)
+    motion = joint_waves().sample(np.linspace(0.0, 14.0, 50))
+    state, least, sides = (motion.q, motion.dq, motion.ddq), np.zeros(7), np.random.default_rng(1).normal(size=(40, 3))
+    without = lwr_dynamics().inverse_dynamics(*state)
+    for com in OFFSET * sides / np.linalg.norm(sides, axis=1)[:, None]:
+        loaded = lwr_dyn.dynamics_of(arm_with_payload(lwr(), 0.3, com)).inverse_dynamics(*state)
+        least = np.maximum(least, np.abs(loaded - without).max(axis=0))
+    bias = module.motion_threshold(lwr(), lwr_dynamics(), motion, 0.3, NOISE, CUTOFF).bias
+    assert (bias >= 0.9999 * least).all()  # OFFSET^2 of the tensor is left out
+    assert (bias <= 1.25 * least + 0.01).all()
+    box = module.box_threshold(lwr(), lwr_dynamics(), 0.3, NOISE, CUTOFF)
+    assert box.bias[1] == pytest.approx(0.3 * 9.81 * 0.91, rel=0.1)  # the reach of the shoulder, less the last corners
+    wam = lwr_dyn.load("wam7")
+    first = wam.friction_models()[0].positive
+    slope = max(first.viscous, 0.0) * wam.velocity[0] if np.isfinite(wam.velocity[0]) else 0.0
+    assert module.friction_level(wam)[0] >= max(first.holding, first.coulomb) + slope
+
+
+LEVEL_SLIPS = (
+    ("* (1 - a) * (1 - c) / interval**2", "* (1 - a) / interval**2"),
+    ("np.diff(both, 2,", "np.diff(both, 1,"),
+    ("(a ** (k + 1) - c ** (k + 1)) / (a - c)", "a**k - c**k"),
+    ("self.bias + SIGMAS * self.sigma", "self.bias + self.sigma"),
+    ("np.linalg.norm(dynamics.mass_matrix(q), axis=-1)", "np.diagonal(dynamics.mass_matrix(q), 0, -2, -1)"),
+    ("np.abs(centre) + aside", "np.abs(centre)"),
+    ("- without\n", "\n"),
+    ("bias + friction_level(arm)", "bias - 1.0"),
+)
+
+
+@pytest.mark.slow
+def test_planted_slips_of_levels_are_caught():
+    assert not uncaught(MODULE, LEVEL_SLIPS, check_levels)
+
+
+@pytest.mark.parametrize(("gain", "cutoff"), [(50.0, 30.0), (20.0, 100.0), (2 * np.pi * 30.0, 30.0)])
+def test_the_gain_of_noise_is_that_of_the_two_filters_and_differences(gain, cutoff):
+    """By SciPy's filter, over white noise as its impulse response; equal poles too."""
+    a, c = np.exp(-gain * T), np.exp(-2 * np.pi * cutoff * T)
+    numerator = (1 - a) * (1 - c) / T**2 * np.array([1.0, -2.0, 1.0])
+    response = lfilter(numerator, np.convolve([1.0, -a], [1.0, -c]), np.eye(1, 20_000)[0])
+    assert noise_gain(gain, cutoff, T) == pytest.approx(np.linalg.norm(response), rel=1e-9)
+
+
+def test_the_most_that_friction_takes_is_at_rest_or_at_the_largest_speed():
+    directions = Direction(2.0, 0.5, 3.0, 0.1), Direction(2.5, -1.0)
+    models = (JointFriction(*directions, offset=-0.3), JointFriction(*directions[::-1], sigmoid=Sigmoid(0.8, 2.0, 0.3)))
+    speeds = (4.0, 4.0, None)
+    limits = tuple(JointLimits(velocity=x, viscous=0.2 if x is None else None) for x in speeds)
+    one = random_arm(2, "RRR")
+    arm = replace(one, limits=limits, friction=(*models, None))
+    most = 0.8 / (1.0 + np.exp(-0.6))
+    np.testing.assert_allclose(friction_level(arm), [0.3 + 3.0 + 2.0, 3.0 + 2.0 + most, 0.0])
+
+
+def test_the_levels_of_a_box_are_the_largest_of_its_poses():
+    """2 000 poses drawn, a joint without limits over a turn; the torque of 0.3 kg within 5 cm of the flange."""
+    arm = lwr()
+    free = replace(arm, limits=(replace(arm.limits[0], lower=None, upper=None), *arm.limits[1:]))
+    found, dynamics = box_threshold(free, lwr_dynamics()), lwr_dynamics()
+    low, up = np.r_[-np.pi, arm.lower[1:]], np.r_[np.pi, arm.upper[1:]]
+    q = np.random.default_rng(26).uniform(low, up, (2000, 7))
+    loads = [lwr_dyn.dynamics_of(arm_with_payload(arm, 0.3, com)).gravity_vector(q) - dynamics.gravity_vector(q)
+             for com in (np.zeros(3), *(0.05 * np.eye(3)))]  # fmt: skip
+    aside = np.linalg.norm([load - loads[0] for load in loads[1:]], axis=0)
+    np.testing.assert_allclose(found.bias, (np.abs(loads[0]) + aside).max(axis=0), atol=1e-12)
+    np.testing.assert_allclose(
+        found.inertia, np.sqrt((dynamics.mass_matrix(q) ** 2).sum(axis=2)).max(axis=0), rtol=1e-12
+    )
+    record = {"noise": 1e-5, "cutoff_hz": 100.0, "sigmas": 7.0}
+    assert found.record() == {"bias": found.bias.tolist(), "inertia": found.inertia.tolist(), **record}
+    parameters = lwr_dyn.controller("pid+observer", arm).parameters["observer"]
+    assert (parameters["gain"], parameters["sigmas"]) == ([50.0] * 7, 7.0)
+
+
+def test_levels_without_inertia_or_noise_are_the_bias_and_friction_is_added_where_it_is_known():
+    for given in ((), (None, 1e-5), (np.ones(7), 0.0)):
+        threshold = CollisionThreshold(np.full(7, 2.0), *given)
+        np.testing.assert_array_equal(threshold.level(GAINS, T), np.full(7, 2.0))
+    assert CollisionThreshold(np.ones(7)).record()["noise"] == 0.0
+    wam = lwr_dyn.load("wam7")
+    assert not friction_level(lwr()).any()
+    np.testing.assert_array_equal(box_threshold(wam, lwr_dyn.dynamics_of(wam), 0.0).bias, friction_level(wam))
+    for noise in (np.inf, -1.0):
+        with pytest.raises(OptionError, match=f"observer noise: {noise}; allowed: a number >= 0, in rad or m"):
+            CollisionThreshold(np.ones(7), None, noise)
+    with pytest.raises(OptionError, match="payload mass"):
+        motion_threshold(lwr(), lwr_dynamics(), still(), payload=-1.0)
+
+
+@pytest.mark.slow
+def test_a_share_of_the_pushes_that_the_soak_counts():
+    """Twelve of the 200 of `scripts/soak.py pushes`: most are found, in some ms, and nothing is flagged before."""
+    found = list(pushes(12))
+    assert not any(f.early for f in found)
+    strong = [f for f in found if f.force >= 15.0]
+    assert all(f.delay is not None and f.delay < 0.05 for f in strong)
+    assert sum(f.delay is not None for f in found) >= 10
+    assert {row[0] for row in table(found)} == set(PLACES)

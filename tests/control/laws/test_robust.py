@@ -1,6 +1,5 @@
-"""The robust law: how its Lyapunov function falls for every load of the set, its linear form, and its honest figure."""
+"""The robust law: how its Lyapunov function falls for every load of the set, its largest load, its honest figure."""
 
-import json
 from dataclasses import replace
 from functools import cache
 
@@ -9,11 +8,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
-from lwr_dyn.control.gains import gravity_stiffness
 from lwr_dyn.control.laws import robust
 from lwr_dyn.control.laws.adaptive import SlotineLiRegressor, poses_of_box
-from lwr_dyn.control.protocol import describe
-from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.model.chain import with_bodies
 from lwr_dyn.simulation.metrics import metrics
@@ -55,44 +51,23 @@ def check_law(module):
                 assert fall == pytest.approx(term - z @ (error / scale), rel=1e-8, abs=1e-8)
                 assert fall <= law.rho * layer / 4 + 1e-9
     assert seen == {True, False}
-    check_linear_form(module)
-
-
-def check_linear_form(module):
-    """Against differences of the torque at rest, inside the layer."""
-    law, still, h, q_0 = module.tuned_robust(ARM, MODEL, omega_n=OMEGA), np.zeros(7), 1e-6, STATES[1, 0]
-    form, by_x, by_v = law.linear_feedback(q_0[None]), [], []
-    for step in h * np.eye(7):
-        by_x.append(
-            (law(0, q_0 + step, still, q_0, still, still) - law(0, q_0 - step, still, q_0, still, still)) / 2 / h
-        )
-        by_v.append((law(0, q_0, step, q_0, still, still) - law(0, q_0, -step, q_0, still, still)) / 2 / h)
-    np.testing.assert_allclose(form.velocity[0], -np.array(by_v).T, rtol=0, atol=1e-4)
-    stiffness = gravity_stiffness(form.gravity, q_0)
-    np.testing.assert_allclose(form.position[0], stiffness - np.array(by_x).T, rtol=0, atol=1e-2)
 
 
 SLIPS = [
-    ("sliding(self.omega_n, q, dq,", "sliding(-self.omega_n, q, dq,"),
     ("self._regressor(q, dq, dq_r, a)", "self._regressor(q, dq, dq, a)"),
-    ("self.scale * (s @ load)", "self.scale * (-s @ load)"),
     ("self._armature * a -", "self._armature * ddq_ref -"),
-    ("self._armature * a - load", "self._armature * a + load"),
     ("(self.rho / size) * self.scale * z", "(self.rho / size) * z"),
     ("max(sqrt(z.dot(z)), self.layer)", "self.layer"),
     ("max(sqrt(z.dot(z)), self.layer)", "sqrt(z.dot(z))"),
     ("max(sqrt(z.dot(z)), self.layer)", "max(z.dot(z), self.layer)"),
     ("self.scale * (s @ load)", "s @ load"),
-    ("arm_with_payload(arm, most / 2)", "arm_with_payload(arm, most)"),
     ("SPARE * float(np.linalg.norm(load / scale))", "0.1"),
-    ("(k + Lambda) * B + G", "(k + Lambda) * B"),
-    ("Lambda * (k * B + G)", "k * Lambda * B + G"),
-    ("(at_rest * self._squared)", "at_rest"),
 ]
 
 
 def test_its_lyapunov_function_falls_but_for_the_layer():
     check_law(robust)
+    assert not hasattr(make_controller("robust", ARM, MODEL), "reset")
 
 
 @pytest.mark.slow
@@ -142,29 +117,3 @@ def test_the_largest_load_of_a_light_arm_and_of_one_that_does_not_hold_itself_is
     light = with_limits(ARM.with_chain(with_bodies(ARM.chain, bodies)), None)
     assert robust.unrated_load(light, lwr_dyn.dynamics_of(light)) == pytest.approx(0.5 * mass / 20, rel=1e-12)
     assert robust.unrated_load(with_limits(ARM, 1.0), MODEL) == pytest.approx(0.01 * mass, rel=1e-12)
-
-
-def test_it_describes_itself():
-    law = make_controller("robust", ARM, MODEL, largest_load=2.0, layer=10.0)
-    record = json.loads(json.dumps(describe(law)))
-    assert (record["label"], record["parameters"]["scale"][0]) == ("robust (passivity), layer 10", 1.0)
-    assert not hasattr(law, "reset")
-
-
-BAD = {
-    "load": ({"largest_load": -1.0}, "largest_load: -1.0; allowed: a mass above 0"),
-    "layer": ({"layer": 0.0}, "layer: 0.0; allowed: a number above 0"),
-    "omega": ({"omega_n": float("inf")}, "omega_n"),
-}
-
-
-@pytest.mark.parametrize("case", BAD)
-def test_bad_options_are_one_line(case):
-    options, words = BAD[case]
-    with pytest.raises(OptionError, match=words):
-        make_controller("robust", ARM, MODEL, **options)
-
-
-def test_an_arm_without_inertias_is_refused():
-    with pytest.raises(MissingDataError):
-        make_controller("robust", lwr_dyn.load("lwr4"))

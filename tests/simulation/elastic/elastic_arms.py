@@ -1,13 +1,11 @@
 """The LWR 4+ with elastic joints, and short runs of it."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 import lwr_dyn
 from lwr_dyn.model.friction import symmetric
-from lwr_dyn.model.transmission import JointElasticity
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import joint_waves
 
@@ -38,9 +36,3 @@ def states(seed=0, size=5):
     return np.stack([x, np.hstack([dq, dq + 0.1 * relative])], axis=1)
 
 
-def undamped():
-    return JointElasticity(physical().elasticity.stiffness, np.zeros(7))
-
-
-def without_gravity(arm):
-    return arm.with_chain(replace(arm.chain, gravity=np.zeros(3)))

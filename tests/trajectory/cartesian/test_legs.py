@@ -16,6 +16,7 @@ from lwr_dyn.trajectory.cartesian.legs import OFF_CURVE, SHORTEST, LegsReference
 from lwr_dyn.trajectory.motion_files import WaypointError, read_waypoints
 from lwr_dyn.trajectory.pose_path import straight
 from tests.random_arms import random_arm
+from tests.trajectory.differences import check_derivatives
 
 START = np.array([0.2, 0.6, -0.3, -1.2, 0.4, 0.9, 0.1])
 KR30_START = np.radians([0.0, -90.0, 90.0, 0.0, 30.0, 0.0])
@@ -32,44 +33,34 @@ def moved(request):
     return arm, T, end, reference, reference.sample(np.linspace(-0.1, reference.duration + 0.1, 801))
 
 
-def test_the_tip_is_on_its_line_and_keeps_its_orientation(moved):
+def test_the_tip_is_on_its_line_with_its_orientation_and_speed(moved):
     arm, T, end, _, motion = moved
     poses = lwr_dyn.forward_kinematics(arm, motion.q)
     along = end - T[:3, 3]
     share = (poses[:, :3, 3] - T[:3, 3]) @ along / (along @ along)
     off = poses[:, :3, 3] - T[:3, 3] - np.outer(share, along)
-    assert np.abs(off).max() < 2.0 * OFF_CURVE
-    assert np.abs(poses[:, :3, :3] - T[:3, :3]).max() < 2.0 * OFF_CURVE
-    assert share.min() > -1e-9
-    assert share.max() < 1.0 + 1e-9
-    np.testing.assert_allclose(poses[-1, :3, 3], end, atol=OFF_CURVE)
-
-
-def test_rates_are_the_derivatives_of_the_positions(moved):
-    _, _, _, reference, _ = moved
-    t, h = np.linspace(0.05, reference.duration - 0.05, 40), 1e-5
-    before, at, after = (reference.sample(x) for x in (t - h, t, t + h))
-    np.testing.assert_allclose((after.q - before.q) / (2.0 * h), at.dq, atol=1e-7)
-    np.testing.assert_allclose((after.dq - before.dq) / (2.0 * h), at.ddq, atol=1e-6)
-
-
-def test_the_tip_keeps_its_speed_and_the_joints_their_limits(moved):
-    arm, _, _, _, motion = moved
+    assert max(np.abs(off).max(), np.abs(poses[:, :3, :3] - T[:3, :3]).max()) < 2.0 * OFF_CURVE
+    assert -1e-9 < share.min() < 1e-9 < 1.0 - 1e-6 < share.max() < 1.0 + 1e-9
     speed = np.einsum("kij,kj->ki", jacobian(arm.chain, motion.q), motion.dq)[:, :3]
     assert np.linalg.norm(speed, axis=1).max() == pytest.approx(0.1, rel=1e-4)
     assert (np.abs(motion.dq) <= arm.velocity).all()
     assert not motion.dq[[0, -1]].any()
 
 
+def test_rates_are_the_derivatives_of_the_positions(moved):
+    reference = moved[3]
+    t = np.linspace(0.05, reference.duration - 0.05, 40)
+    check_derivatives(reference.sample, t, 1e-3, ("q", "dq", "ddq"), atol=1e-6)
+
+
 def test_a_duration_that_a_joint_cannot_keep_is_refused_with_the_least_one():
     arm = lwr_dyn.load("kr30ha")
-    end = lwr_dyn.forward_kinematics(arm, KR30_START)[:3, 3] + [0.0, 0.5, 0.0]
-    with pytest.raises(
-        OptionError, match=r"duration of the line: 0.1 s, in which A\d needs .* times its speed"
-    ) as caught:
-        lwr_dyn.reference("line", arm, start=KR30_START, to_xyz=end, duration=0.1)
+    line = {"start": KR30_START, "to_xyz": lwr_dyn.forward_kinematics(arm, KR30_START)[:3, 3] + [0.0, 0.5, 0.0]}
+    words = r"duration of the line: 0.1 s, in which A\d needs .* times its speed"
+    with pytest.raises(OptionError, match=words) as caught:
+        lwr_dyn.reference("line", arm, **line, duration=0.1)
     least = float(str(caught.value).split("at least ")[1].split()[0])
-    reference = lwr_dyn.reference("line", arm, start=KR30_START, to_xyz=end, duration=least * 1.001)
+    reference = lwr_dyn.reference("line", arm, **line, duration=least * 1.001)
     used = np.abs(reference.sample(np.linspace(0.0, reference.duration, 2001)).dq) / arm.velocity
     assert used.max() == pytest.approx(1.0, abs=2e-3)
 
@@ -92,24 +83,20 @@ def legs_of(tmp_path):
 
 def test_legs_through_joint_positions_take_their_share_of_the_speed_or_their_times(legs_of):
     """A quintic's largest speed is 15/8 of the mean one; 95 % of the limits are used."""
-    rows = [(0.0, 0.0), (1.0, -0.2), (1.0, 0.6)]
-    free, timed = legs_of(rows), legs_of(rows, times=[0.0, 3.0, 4.5])
-    assert [leg.duration for leg in free] == pytest.approx(
-        [15 / 8 / (0.95 * 2.0), 0.8 * 15 / 8 / (0.95 * 2.0)], rel=1e-6
-    )
-    assert [leg.duration for leg in timed] == [3.0, 1.5]
-    at = timed[0].at(np.array([0.0, 1.5, 3.0]))
-    np.testing.assert_allclose(at.q, [(0.0, 0.0), (0.5, -0.1), (1.0, -0.2)], atol=1e-15)
-    np.testing.assert_allclose(at.dq[1], np.array([1.0, -0.2]) * 15 / 8 / 3.0, atol=1e-14)
-    from_elsewhere = legs_of(rows, start=(0.0, 0.5), times=[1.0, 3.0, 4.5])
-    assert [leg.duration for leg in from_elsewhere] == [1.0, 2.0, 1.5]
-    assert len(legs_of(rows, start=(0.0, 0.0), times=[1.0, 3.0, 4.5])) == 2
-    assert legs_of([(0.0, 0.0), (1e-9, 0.0)])[0].duration == SHORTEST
+    rows, pace = [(0.0, 0.0), (1.0, -0.2), (1.0, 0.6)], 15 / 8 / (0.95 * 2.0)
+
+    def durations(*given, **options):
+        return [leg.duration for leg in legs_of(*given, **options)]
+
+    assert durations(rows) == pytest.approx([pace, 0.8 * pace], rel=1e-6)
+    assert durations(rows, times=[0.0, 3.0, 4.5]) == [3.0, 1.5]
+    assert durations(rows, start=(0.0, 0.5), times=[1.0, 3.0, 4.5]) == [1.0, 2.0, 1.5]
+    assert durations(rows, start=(0.0, 0.0), times=[1.0, 3.0, 4.5]) == [2.0, 1.5]
+    assert durations([(0.0, 0.0), (1e-9, 0.0)]) == [SHORTEST]
     least = 1.0 * 15 / 8 / 2.0
-    assert legs_of(rows[:2], times=[0.0, least * (1 - 5e-10)])[0].duration < least
-    with pytest.raises(
-        OptionError, match=r"duration of the leg to row 2 .*: 0.9 s, in which .*_1 needs 1.04 times its"
-    ):
+    assert durations(rows[:2], times=[0.0, least * (1 - 5e-10)])[0] < least
+    words = r"duration of the leg to row 2 of the joint positions: 0.9 s, in which .*_1 needs 1.04 times its speed"
+    with pytest.raises(OptionError, match=words + rf" limit; allowed: at least {least:.4g} s"):
         legs_of(rows[:2], times=[0.0, 0.9])
 
 
@@ -133,23 +120,18 @@ def test_a_smooth_curve_through_joint_positions_is_scipys_spline(legs_of):
     assert len(legs_of(rows[:2].tolist(), smooth=True)) == 1
 
 
+UNTIMED = "columns: no times, and .* has joints without speed limits; allowed: a column time"
+SAME = [(0.0, 0.0), (1.0, 1.0), (1.0, 1.0)]
+WIDE = [(0.0, 0.0), (1.99, 0.0), (1.99, 0.5), (0.0, 0.5)]
+
+
 @pytest.mark.parametrize(
     ("rows", "options", "message"),
-    [
-        ([(0.0, 0.0), (0.0, 2.1)], {}, "waypoint 2: .* outside its limits; allowed: -2 to 2 rad"),
-        ([(0.0, 0.0), (1.0, 0.0)], {"velocity": None}, "columns: no times, and .* has joints without speed limits"),
-        (
-            [(0.0, 0.0), (1.0, 1.0), (1.0, 1.0)],
-            {"smooth": True},
-            "waypoints: two neighbours are the same; allowed: way",
-        ),
-        (
-            [(0.0, 0.0), (1.99, 0.0), (1.99, 0.5), (0.0, 0.5)],
-            {"smooth": True},
-            "the smooth curve: .*, or stops at the way",
-        ),
-    ],
-)
+    [([(0.0, 0.0), (0.0, 2.1)], {}, "waypoint 2: .* outside its limits; allowed: -2 to 2 rad"),
+     ([(0.0, 0.0), (1.0, 0.0)], {"velocity": None}, UNTIMED),
+     (SAME, {"smooth": True}, "waypoints: two neighbours are the same; allowed: waypoints apart from each other"),
+     (WIDE, {"smooth": True}, "the smooth curve: .*, or stops at the waypoints")],
+)  # fmt: skip
 def test_joint_positions_that_cannot_be_followed_are_refused(legs_of, rows, options, message):
     with pytest.raises(WaypointError, match=f"w.csv: {message}"):
         legs_of(rows, **options)

@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import lwr_dyn
-from lwr_dyn.cli.main import group
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.trajectory.cartesian.legs import OFF_CURVE, SPEED_SHARE
 from lwr_dyn.trajectory.cartesian.tracking import PathStopError
@@ -45,24 +43,23 @@ def test_timed_waypoints_are_met_at_their_times_and_at_rest(file, robot):
     np.testing.assert_allclose(motion.dq, 0.0, atol=1e-12)
 
 
-def test_a_smooth_curve_passes_the_waypoints_at_speed(file):
-    arm, path = lwr_dyn.load("lwr4plus"), file(SQUARE)
+def test_a_smooth_curve_passes_the_waypoints_at_speed(arm, file):
+    path = file(SQUARE)
     reference = lwr_dyn.reference("waypoints", arm, waypoints=path, through=True)
     poses = lwr_dyn.forward_kinematics(arm, reference.sample(np.linspace(0.0, reference.duration, 4001)).q)
     for waypoint in read_waypoints(path).poses:
         assert np.abs(poses - waypoint).max(axis=(1, 2)).min() < 1e-3
-    (leg,) = reference.legs
+    assert [leg.duration for leg in reference.legs] == [reference.duration]
     assert reference.about["off_curve"] <= OFF_CURVE
-    assert leg.duration == reference.duration
 
 
-def test_a_start_adds_a_leg_to_the_first_waypoint(file):
-    arm, path = lwr_dyn.load("lwr4plus"), file("x,y,z\n-0.45,0.05,0.4\n-0.4,-0.05,0.45\n")
+def test_a_start_adds_a_leg_to_the_first_waypoint(arm, file):
+    path = file("x,y,z\n-0.45,0.05,0.4\n-0.4,-0.05,0.45\n")
     reference = lwr_dyn.reference("waypoints", arm, waypoints=path, start=START)
-    assert len(reference.legs) == 2
-    np.testing.assert_allclose(reference.sample([0.0]).q[0], START, atol=1e-12)
     ends = np.cumsum([leg.duration for leg in reference.legs])
-    places = lwr_dyn.forward_kinematics(arm, reference.sample(ends).q)[:, :3, 3]
+    motion = reference.sample([0.0, *ends])
+    np.testing.assert_allclose(motion.q[0], START, atol=1e-12)
+    places = lwr_dyn.forward_kinematics(arm, motion.q)[1:, :3, 3]
     np.testing.assert_allclose(places, [[-0.45, 0.05, 0.4], [-0.4, -0.05, 0.45]], atol=OFF_CURVE)
 
 
@@ -78,45 +75,29 @@ def test_joint_waypoints_keep_the_speed_limits(file):
         np.testing.assert_allclose(motion.q[-1], [np.pi / 6, -4 * np.pi / 9, 1.2, 0, 0.9, 1], atol=1e-12)
 
 
-def test_joint_waypoints_outside_the_limits_are_named(file):
-    with pytest.raises(WaypointError, match=r"waypoint 2: joint_2 at 3 rad, .* outside its limits"):
-        lwr_dyn.reference(
-            "waypoints", lwr_dyn.load("lwr4plus"), waypoints=file("q1,q2,q3,q4,q5,q6,q7\n0,0,0,0,0,0,0\n0,3,0,0,0,0,0")
-        )
+HERE = lwr_dyn.forward_kinematics(lwr_dyn.load("lwr4plus"), START)[:3, 3]
+FREE = {"start": START, "to_xyz": [0, 0, 1], "to_rpy": [0, 0, 0], "free_orientation": True}
+OUTSIDE = "q1,q2,q3,q4,q5,q6,q7\n0,0,0,0,0,0,0\n0,3,0,0,0,0,0"
 
 
-def test_waypoints_out_of_reach_name_the_leg(file):
-    with pytest.raises(PathStopError, match=r"the leg from waypoint 1 to 2 stops at .* out of reach"):
-        lwr_dyn.reference(
-            "waypoints", lwr_dyn.load("lwr4plus"), waypoints=file(SQUARE.replace("-400,  100", "-4000,  100"))
-        )
-
-
-def test_options_that_cannot_be(file):
-    arm = lwr_dyn.load("lwr4plus")
-    here = lwr_dyn.forward_kinematics(arm, START)[:3, 3]
-    with pytest.raises(OptionError, match="to_xyz: where the tip starts"):
-        lwr_dyn.reference("line", arm, start=START, to_xyz=here)
-    with pytest.raises(OptionError, match="start: joint_2 at 3 rad"):
-        lwr_dyn.reference("line", arm, start=[0, 3, 0, 0, 0, 0, 0], to_xyz=here)
-    with pytest.raises(OptionError, match="through: with the column time"):
-        lwr_dyn.reference("waypoints", arm, waypoints=file(timed(SQUARE, (0, 1, 2))), through=True)
-    with pytest.raises(OptionError, match="free_orientation: would do nothing"):
-        lwr_dyn.reference("line", arm, start=START, to_xyz=[0, 0, 1], to_rpy=[0, 0, 0], free_orientation=True)
-
-
-@pytest.mark.slow
-def test_the_command_simulates_a_line(tmp_path):
-    out = tmp_path / "line.npz"
-    arguments = (
-        "simulate lwr4plus --task line --from-deg 0,30,0,-90,0,60,0 --to-xyz -0.3,0.1,0.3 --to-rpy-deg 180,-20,170"
-    )
-    done = CliRunner().invoke(group, [*arguments.split(), "--out", str(out)], catch_exceptions=False)
-    assert done.exit_code == 0
-    run = lwr_dyn.Run.load(out)
-    tip = lwr_dyn.forward_kinematics(lwr_dyn.load("lwr4plus"), run.q_ref[-1])
-    np.testing.assert_allclose(tip[:3, 3], [-0.3, 0.1, 0.3], atol=OFF_CURVE)
-    assert run.meta["note"]["task"] == "line"
+@pytest.mark.parametrize(
+    ("text", "options", "error", "words"),
+    [
+        (None, {"start": START, "to_xyz": HERE}, OptionError, "to_xyz: where the tip starts; allowed: another place"),
+        (None, {"start": [0, 3, 0, 0, 0, 0, 0], "to_xyz": HERE}, OptionError, "start: joint_2 at 3 rad"),
+        (None, FREE, OptionError, "free_orientation: would do nothing"),
+        (timed(SQUARE, (0, 1, 2)), {"through": True}, OptionError, "through: with the column time"),
+        (OUTSIDE, {}, WaypointError, r"waypoint 2: joint_2 at 3 rad, .* outside its limits"),
+        (SQUARE.replace("-400,  100", "-4000,  100"), {}, PathStopError,
+         r"the leg from waypoint 1 to 2 stops at .* out of reach"),
+        (SQUARE.replace("-400,  100", "-400, -100"), {}, OptionError, "waypoints 1 and 2: the same pose; allowed: way"),
+    ],
+)  # fmt: skip
+def test_options_that_cannot_be(arm, file, text, options, error, words):
+    task = "line" if text is None else "waypoints"
+    given = {} if text is None else {"waypoints": file(text)}
+    with pytest.raises(error, match=words):
+        lwr_dyn.reference(task, arm, **given, **options)
 
 
 def test_a_run_at_the_tasks_own_pace_keeps_the_speed_limits(file):

@@ -7,7 +7,6 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.friction import symmetric
 from lwr_dyn.trajectory.references.chosen_move import MOST_WEIGHT, SPEED, TORQUE, chosen_move, limit_use, ranges
@@ -30,7 +29,7 @@ def torques(arm, move, count=300):
 
 
 @pytest.mark.parametrize("name", PAPERS)
-def test_the_move_keeps_the_limits_by_another_engine(name):
+def test_the_move_keeps_the_limits_by_another_engine_and_is_the_same_again(name):
     arm = lwr_dyn.load(name)
     move = chosen_move(arm)
     motion = move.sample(np.linspace(0.0, move.duration, 300))
@@ -39,23 +38,19 @@ def test_the_move_keeps_the_limits_by_another_engine(name):
     assert (np.abs(motion.dq) <= (SPEED + 1e-9) * arm.velocity).all()
     assert (np.abs(torques(arm, move)) <= TORQUE * arm.effort).all()
     assert np.ptp(motion.q, axis=0).min() > 0.05
-
-
-def test_it_is_the_same_for_the_same_arm_and_says_what_it_uses():
-    arm = lwr_dyn.load("kr30ha")
-    move, again = chosen_move(arm), chosen_move(arm)
-    np.testing.assert_array_equal(move.waypoints, again.waypoints)
+    np.testing.assert_array_equal(move.waypoints, chosen_move(arm).waypoints)
     use = limit_use(arm, move, lwr_dyn.dynamics_of(arm))
     assert move.about["use"] == {"speed": use.speed, "torque": use.torque}
-    assert use.torque is None  # of the KR 30 HA none is known
-    assert use.fits
+    assert (use.torque is None, use.fits) == (name == "kr30ha", True)  # of which none is known
 
 
-def test_a_slow_lift_and_slow_joints_take_longer_but_not_for_ever():
-    arm = with_limits(lwr_dyn.load("lwr4plus"), velocity=0.02)
-    move = chosen_move(arm)
+def test_slow_joints_take_longer_but_not_for_ever_and_a_duration_of_ones_own_is_kept_or_refused(arm):
+    move = chosen_move(with_limits(arm, velocity=0.02))
     assert 2.0 < move.duration <= 8.1
     assert np.abs(move.sample(np.linspace(0.0, move.duration, 500)).dq).max() <= SPEED * 0.02 * (1 + 1e-9)
+    assert chosen_move(arm, duration=11.0).duration == 11.0
+    with pytest.raises(OptionError, match="duration"):
+        chosen_move(arm, duration=-1.0)
 
 
 def test_an_arm_too_weak_for_the_middle_pose_moves_where_it_is_held():
@@ -68,30 +63,24 @@ def test_an_arm_too_weak_for_the_middle_pose_moves_where_it_is_held():
     assert (np.abs(torques(weak, move)) <= 0.95 * weak.effort).all()
 
 
-def test_an_arm_that_its_torques_do_not_hold_is_refused_with_the_joint_and_the_share():
-    arm = with_limits(lwr_dyn.load("lwr4plus"), effort=[320.0, 0.5, 176.0, 176.0, 100.0, 40.0, 40.0])
+def test_limits_without_room_and_an_arm_that_its_torques_do_not_hold_are_refused_with_the_joint(arm):
+    weak = with_limits(arm, effort=[320.0, 0.5, 176.0, 176.0, 100.0, 40.0, 40.0])
     with pytest.raises(OptionError, match=r"weight and friction take \d+ % of the torque limit of joint_2") as fault:
-        chosen_move(arm)
+        chosen_move(weak)
     assert float(str(fault.value).split("take ")[1].split(" %")[0]) > 100 * MOST_WEIGHT
+    narrow = with_limits(arm, lower=[-1.0, -1.0, 0.5, *[-1.0] * 4], upper=[1.0, 1.0, 0.5, *[1.0] * 4])
+    with pytest.raises(OptionError, match="position limits of joint_3 leave no room; allowed"):
+        chosen_move(narrow)
 
 
-def test_limits_without_room_are_refused_by_name():
-    arm = lwr_dyn.load("wam7")
-    limits = (*arm.limits[:2], replace(arm.limits[2], lower=0.5, upper=0.5), *arm.limits[3:])
-    with pytest.raises(OptionError, match=f"position limits of {arm.joint_names[2]} leave no room; allowed"):
-        chosen_move(replace(arm, limits=limits))
-
-
-def test_unknown_limits_are_a_turn_about_zero_and_a_wide_range_is_cut_to_one():
-    arm = lwr_dyn.load("lwr4plus")
-    low, up = ranges(replace(arm, limits=(JointLimits(),) * 7))
-    np.testing.assert_allclose([low, up], [np.full(7, -np.pi), np.full(7, np.pi)])
-    low, up = ranges(with_limits(arm, lower=-4.0, upper=6.0))
-    np.testing.assert_allclose([low, up], [np.full(7, 1 - np.pi), np.full(7, 1 + np.pi)])
-    low, up = ranges(with_limits(arm, lower=1.0, upper=None))
-    np.testing.assert_allclose([low, up], [np.full(7, 1.0), np.full(7, 1 + 2 * np.pi)])
-    low, up = ranges(with_limits(arm, lower=None, upper=1.0))
-    np.testing.assert_allclose([low, up], [np.full(7, 1 - 2 * np.pi), np.full(7, 1.0)])
+@pytest.mark.parametrize(
+    ("lower", "upper", "low", "up"),
+    [(None, None, -np.pi, np.pi), (-4.0, 6.0, 1 - np.pi, 1 + np.pi), (1.0, None, 1.0, 1 + 2 * np.pi),
+     (None, 1.0, 1 - 2 * np.pi, 1.0)],
+)  # fmt: skip
+def test_unknown_limits_are_a_turn_about_zero_and_a_wide_range_is_cut_to_one(arm, lower, upper, low, up):
+    found = ranges(with_limits(arm, lower=lower, upper=upper))
+    np.testing.assert_allclose(found, [np.full(7, low), np.full(7, up)])
 
 
 PEAK, TURN_OF_TORQUE = 15 / 8, 10 / 3**0.5
@@ -150,10 +139,3 @@ def test_the_first_pose_whose_weight_takes_half_of_the_torque_is_taken_and_the_b
         chosen_move(with_limits(hanging, effort=effort))
     with pytest.raises(OptionError, match="at the best of 201 poses"):
         chosen_move(replace(with_limits(hanging, effort=100.0), friction=(symmetric(90.0, 0.0),)))
-
-
-def test_a_duration_of_ones_own_is_kept_or_refused():
-    arm = lwr_dyn.load("wam7")
-    assert chosen_move(arm, duration=11.0).duration == 11.0
-    with pytest.raises(OptionError, match="duration"):
-        chosen_move(arm, duration=-1.0)

@@ -26,39 +26,26 @@ from lwr_dyn.trajectory.references.ist import (
 )
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
 from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming
+from tests.trajectory.differences import check_derivatives
 
 ROUNDING = 1e-12
-STENCIL = np.array([-4, -3, -2, -1, 1, 2, 3, 4])
-WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
-STEP = 1e-3
 
 
-def test_the_length_is_the_one_of_the_drawing():
-    # lines .3 + .1 + .15 + .05 + .3, two half circles of radius .075
-    assert ist_path().length == pytest.approx(0.9 + 2 * math.pi * 0.075, abs=ROUNDING)
-    assert round(ist_path().length, 5) == 1.37124
+def test_the_path_is_the_one_of_the_drawing():
+    """Lines .3 + .1 + .15 + .05 + .3, two half circles of radius .075; S bulges to +y below and to -y above."""
+    path = ist_path()
+    assert path.length == pytest.approx(0.9 + 2 * math.pi * 0.075, abs=ROUNDING)
+    assert [round(math.degrees(c.turn)) for c in path.corners()] == [90, 180, 90]
+    assert [round(j.bend, 3) for j in path.joints() if j.is_bend] == [13.333, 26.667, 13.333]
+    bulges = path.at([0.4 + 0.0375 * math.pi, 0.4 + 0.1125 * math.pi]).p
+    np.testing.assert_allclose(bulges, [[-0.05, -0.275, 0.325], [-0.05, -0.425, 0.475]], atol=ROUNDING)
 
 
 def test_the_pen_passes_every_point_of_table_v_but_the_two_centres():
-    points, drawn = POINTS.si(), ist_path().at(np.linspace(0.0, ist_path().length, 137_125)).p
-    away = np.array([np.linalg.norm(drawn - p, axis=1).min() for p in points])
-    np.testing.assert_allclose(away[[0, 1, 2, 5, 6, 7, 8]], 0.0, atol=2e-5)  # half a step of the sampling
-    np.testing.assert_allclose(away[[3, 4]], 0.075, atol=1e-6)
-    assert POINTS.kind == "printed"
-    assert "Table V" in POINTS.where
-
-
-def test_the_s_bulges_to_plus_y_below_and_to_minus_y_above():
-    path = ist_path()
-    below, above = path.at([0.4 + 0.0375 * math.pi, 0.4 + 0.1125 * math.pi]).p
-    np.testing.assert_allclose(below, [-0.05, -0.275, 0.325], atol=ROUNDING)
-    np.testing.assert_allclose(above, [-0.05, -0.425, 0.475], atol=ROUNDING)
-
-
-def test_it_has_three_corners_and_three_bends():
-    path = ist_path()
-    assert [round(math.degrees(c.turn)) for c in path.corners()] == [90, 180, 90]
-    assert [round(j.bend, 3) for j in path.joints() if j.is_bend] == [13.333, 26.667, 13.333]
+    drawn = ist_path().at(np.linspace(0.0, ist_path().length, 137_125)).p
+    away = np.array([np.linalg.norm(drawn - p, axis=1).min() for p in POINTS.si()])
+    np.testing.assert_allclose(away, [0, 0, 0, 0.075, 0.075, 0, 0, 0, 0], atol=2e-5)  # half a step of the sampling
+    assert (POINTS.kind, POINTS.where) == ("printed", "lwr4plus, Table V, columns X, Y, Z, rows 1 to 9")
 
 
 @pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
@@ -72,28 +59,9 @@ def test_every_timing_goes_from_point_1_to_point_9_in_14_s_with_the_tool_along_y
     assert MOTION_PROFILES[timing].about
 
 
-def test_constant_speed_is_constant_and_turns_with_a_jump_at_the_corners():
-    poses = timed_ist("constant")
-    speed = np.linalg.norm(poses.at(np.linspace(0, 14, 997)).velocity[:, :3], axis=1)
-    np.testing.assert_allclose(speed, 1.3712389 / 14, rtol=1e-7)
-    corner = 0.3 / speed[0]
-    before, after = poses.at([corner - 1e-6, corner + 1e-6]).velocity[:, :3] / speed[0]
-    np.testing.assert_allclose([before, after], [[0, 0, -1], [0, 1, 0]], atol=1e-6)
-
-
-def test_quintic_stands_still_at_every_end_of_a_segment_in_times_proportional_to_length():
-    poses = timed_ist("quintic")
-    stops = poses.path.starts / poses.length * 14.0
-    at = poses.at(stops)
-    np.testing.assert_allclose(at.velocity, 0.0, atol=ROUNDING)
-    np.testing.assert_allclose(at.acceleration, 0.0, atol=1e-10)
-    np.testing.assert_allclose(at.profile.s, poses.path.starts, atol=ROUNDING)
-
-
 @pytest.mark.parametrize("timing", ["smooth", "smooth-blended"])
 def test_smooth_timings_bound_acceleration_and_jerk_in_space(timing):
-    keep = SmoothTiming()
-    poses = timed_ist(timing)
+    keep, poses = SmoothTiming(), timed_ist(timing)
     peaks = poses.profile.peaks()
     assert peaks.acceleration <= keep.acceleration * (1 + 1e-9)
     assert peaks.jerk <= keep.jerk * (1 + 1e-9)
@@ -105,51 +73,22 @@ def test_smooth_timings_bound_acceleration_and_jerk_in_space(timing):
 
 
 def test_smooth_stops_at_the_three_corners_only_and_stays_within_a_hundredth_of_a_millimetre():
-    poses = timed_ist("smooth")
-    t = np.linspace(0.0, 14.0, 28_001)[1:-1]
-    moving = poses.at(t)
+    """Of the two full circles inside the S, where the eased bends are."""
+    moving = timed_ist("smooth").at(np.linspace(0.0, 14.0, 28_001)[1:-1])
     slow = moving.profile.ds < 1e-3
-    stops = 1 + np.count_nonzero(np.diff(np.flatnonzero(slow)) > 1)
-    assert stops == 3 + 2  # and the two ends
-    # distance from the two full circles inside the S, where the eased bends are
-    p = moving.T[:, :3, 3]
-    s_part = (moving.profile.s > 0.41) & (moving.profile.s < 0.86)
-    radius = np.min([np.abs(np.hypot(p[:, 1] + 0.35, p[:, 2] - z) - 0.075) for z in (0.325, 0.475)], axis=0)
-    assert radius[s_part].max() < 1e-5
+    assert 1 + np.count_nonzero(np.diff(np.flatnonzero(slow)) > 1) == 3 + 2  # and the two ends
+    p = moving.T[(moving.profile.s > 0.41) & (moving.profile.s < 0.86), :3, 3]
+    off = np.min([np.abs(np.hypot(p[:, 1] + 0.35, p[:, 2] - z) - 0.075) for z in (0.325, 0.475)], axis=0)
+    assert off.max() < 1e-5
 
 
 def test_without_easing_the_path_is_table_v_to_the_letter_and_the_acceleration_jumps_at_the_bends():
-    poses = timed_ist("smooth", smoothness=SmoothTiming(ease=0.0))
+    poses, t = timed_ist("smooth", smoothness=SmoothTiming(ease=0.0)), np.linspace(0, 14, 28_001)
     assert poses.length == pytest.approx(ist_path().length, abs=ROUNDING)
-    s = poses.profile.at(np.linspace(0, 14, 28_001)).s
-    k = int(np.argmin(np.abs(s - 0.4)))
-    t = np.linspace(0, 14, 28_001)[[k - 1, k + 1]]
-    before, after = poses.at(t).acceleration[:, :3]
-    speed = poses.profile.at(t).ds[0]
-    assert np.linalg.norm(after - before) == pytest.approx(speed**2 / 0.075, rel=1e-3)
-
-
-def test_another_tool_orientation_is_taken():
-    R = rot_z(0.3) @ np.array(TOOL)
-    np.testing.assert_allclose(timed_ist("quintic", R_07=R).at([3.0]).T[0, :3, :3], R)
-
-
-@pytest.mark.parametrize(
-    ("options", "error", "says"),
-    [
-        ({"timing": "cubic"}, UnknownNameError, "known: constant, quintic, smooth, smooth-blended"),
-        ({"duration": 0.0}, OptionError, "duration"),
-        ({"duration": -14.0, "timing": "constant"}, OptionError, "duration"),
-        ({"duration": 5.0}, OptionError, r"duration: 5 s; allowed: at least 6\.549\d+ s with 4 stops"),
-        ({"R_07": np.diag([1.0, 1.0, -1.0])}, OptionError, "R_07: left-handed"),
-        ({"R_07": np.eye(4)}, ShapeError, "an array of 4 x 4 numbers"),
-        ({"smoothness": SmoothTiming(ease=0.2)}, OptionError, "blend"),
-        ({"smoothness": SmoothTiming(jerk=-1.0)}, OptionError, "jerk"),
-    ],
-)
-def test_what_cannot_be_is_refused(options, error, says):
-    with pytest.raises(error, match=says):
-        timed_ist(**options)
+    k = int(np.argmin(np.abs(poses.profile.at(t).s - 0.4)))
+    sides = poses.at(t[[k - 1, k + 1]])
+    jump = np.linalg.norm(np.diff(sides.acceleration[:, :3], axis=0))
+    assert jump == pytest.approx(sides.profile.ds[0] ** 2 / 0.075, rel=1e-3)
 
 
 ARM = lwr_dyn.load("lwr4plus")
@@ -164,17 +103,18 @@ def margin_and_speed(reference):
 
 
 def test_every_joint_keeps_50_degrees_and_a_fifth_of_its_speed():
-    margin, speed = margin_and_speed(ist_clear_reference(ARM))
-    assert (round(margin, 1), round(speed, 2)) == (50.9, 0.18)
-    margin, speed = margin_and_speed(ist_reference(ARM))
-    assert (round(margin, 1), round(speed, 2)) == (1.2, 0.29)
+    for reference, wanted in ((ist_clear_reference(ARM), (50.9, 0.18)), (ist_reference(ARM), (1.2, 0.29))):
+        margin, speed = margin_and_speed(reference)
+        assert (round(margin, 1), round(speed, 2)) == wanted
 
 
-def test_the_letters_and_the_tool_are_those_of_ist():
+def test_the_letters_and_the_tool_are_those_of_ist_or_a_tool_of_ones_own():
     T, there = (reference.poses.at(TIMES).T for reference in (ist_clear_reference(ARM), ist_reference(ARM)))
     np.testing.assert_allclose(T[:, :3, 3] - there[:, :3, 3], np.tile(CLEAR_SHIFT, (len(TIMES), 1)), atol=1e-12)
     np.testing.assert_allclose(T[0, :3, 3], POINTS.si()[0] + CLEAR_SHIFT, atol=1e-12)
     np.testing.assert_array_equal(T[:, :3, :3], np.broadcast_to(TOOL, (len(TIMES), 3, 3)))
+    R = rot_z(0.3) @ np.array(TOOL)
+    np.testing.assert_allclose(timed_ist("quintic", R_07=R).at([3.0]).T[0, :3, :3], R)
 
 
 NEIGHBOURS = [tuple(np.add(CLEAR_SHIFT, step * axis).round(9)) for axis in np.eye(3) for step in (-0.1, 0.1)]
@@ -218,15 +158,24 @@ def test_a_run_names_the_shift(lwr_dyn_command):
     assert about("--task", "ist", "--shift", "0.7,0.5,-0.3") == ("ist, moved", [0.7, 0.5, -0.3])
 
 
-@pytest.mark.parametrize(
-    ("options", "error", "says"),
-    [
-        ({"shift": (1.0, 2.0)}, ShapeError, "shift: 2 numbers; allowed: 3 numbers"),
-        ({"shift": (0.1, float("nan"), 0.0)}, ShapeError, "shift: nan"),
-        ({"shift": (2.0, 0.0, 0.0)}, PathLimitError, "1.3 m out of reach"),
-    ],
-)
-def test_clear_what_cannot_be_is_refused(options, error, says):
+BAD = [
+    ({"timing": "cubic"}, UnknownNameError, "known: constant, quintic, smooth, smooth-blended"),
+    ({"duration": 0.0}, OptionError, "duration: 0.0"),
+    ({"duration": -14.0, "timing": "constant"}, OptionError, "duration: -14.0"),
+    ({"duration": 5.0}, OptionError, r"duration: 5 s; allowed: at least 6\.549\d+ s with 4 stops"),
+    ({"R_07": np.diag([1.0, 1.0, -1.0])}, OptionError, "R_07: left-handed"),
+    ({"R_07": np.eye(4)}, ShapeError, "R_07: an array of 4 x 4 numbers"),
+    ({"smoothness": SmoothTiming(ease=0.2)}, OptionError, "blend"),
+    ({"smoothness": SmoothTiming(jerk=-1.0)}, OptionError, "jerk: -1.0"),
+    ({"shift": (1.0, 2.0)}, ShapeError, "shift: 2 numbers; allowed: 3 numbers"),
+    ({"shift": (0.1, float("nan"), 0.0)}, ShapeError, "shift: nan"),
+    ({"shift": (2.0, 0.0, 0.0)}, PathLimitError, "1.3 m out of reach"),
+    ({"arm_angle": float("nan")}, OptionError, "arm_angle: nan; allowed: a finite number of radians"),
+]
+
+
+@pytest.mark.parametrize(("options", "error", "says"), BAD, ids=[says for *_, says in BAD])
+def test_what_cannot_be_is_refused(options, error, says):
     with pytest.raises(error, match=says):
         ist_reference(ARM, **options)
 
@@ -243,41 +192,33 @@ def test_both_passes_are_the_reference():
         for name in ("q", "dq", "ddq"):
             np.testing.assert_allclose(getattr(again, name), getattr(once, name), rtol=0, atol=1e-13)
     assert (MOVE.second, MOVE.duration) == (3.5, 5.5)
+    move = lwr_dyn.reference("ist-clear-twice", ARM, back=2.0)
+    about = {name: move.about[name] for name in ("task", "back", "second")}
+    assert (move.duration, about) == (30.0, {"task": "ist-clear-twice", "back": 2.0, "second": 16.0})
+    with pytest.raises(OptionError, match="back"):
+        Twice(ONCE, 0.0)
 
 
 def test_the_way_back_is_a_quintic_with_true_derivatives():
-    t = np.linspace(2.0, 3.5, 1501)
-    motion, h = MOVE.sample(t), t[1] - t[0]
-    np.testing.assert_allclose(motion.q[750], np.linspace(0.2, 0.8, 7) / 2, atol=1e-12)
-    for x, slope in ((motion.q, motion.dq), (motion.dq, motion.ddq)):
-        np.testing.assert_allclose((x[2:] - x[:-2]) / (2 * h), slope[1:-1], atol=1e-4)
-    np.testing.assert_allclose(motion.ddq[[0, -1]], 0.0, atol=1e-10)
-    np.testing.assert_allclose(np.abs(motion.dq).max(axis=0), 1.875 * np.linspace(0.2, 0.8, 7) / 1.5, rtol=1e-6)
+    t, way = np.linspace(2.05, 3.45, 141), np.linspace(0.2, 0.8, 7)
+    check_derivatives(MOVE.sample, t, 1e-2, ("q", "dq", "ddq"), atol=1e-11)
+    ends, middle = MOVE.sample(np.array([2.0 + 1e-12, 3.5 - 1e-12])), MOVE.sample(np.array([2.75]))
+    np.testing.assert_allclose([*middle.q, *middle.dq], [way / 2, -1.875 * way / 1.5], atol=1e-12)
+    np.testing.assert_allclose(ends.q, [way, 0 * way], atol=1e-11)
+    np.testing.assert_allclose([ends.dq, ends.ddq], 0.0, atol=1e-10)
 
 
 @pytest.mark.slow
 def test_a_part_of_a_run_is_a_run():
-    controller = lwr_dyn.controller("inverse-dynamics", ARM)
-    run = lwr_dyn.simulate(ARM, controller, MOVE, payload=1.0)
+    run = lwr_dyn.simulate(ARM, lwr_dyn.controller("adaptive", ARM), MOVE, payload=1.0)
     second = part_of(run, MOVE.second)
     assert (second.t[0], second.t[-1], second.t.size) == (0.0, pytest.approx(2.0), 2001)
     np.testing.assert_array_equal(second.q, run.q[3500:])
-    assert second.work["actuator"][0] == 0.0
-    assert second.work["actuator"][-1] == pytest.approx(run.work["actuator"][-1] - run.work["actuator"][3500])
+    np.testing.assert_array_equal(second.signals["adapted_payload"], run.signals["adapted_payload"][3500:])
+    np.testing.assert_array_equal(second.work["actuator"], run.work["actuator"][3500:] - run.work["actuator"][3500])
     assert metrics(second, ARM).tip_rms_mm > 0.0
-    learnt = lwr_dyn.simulate(ARM, lwr_dyn.controller("adaptive", ARM), MOVE)
-    np.testing.assert_array_equal(
-        part_of(learnt, 3.5).signals["adapted_payload"], learnt.signals["adapted_payload"][3500:]
-    )
     assert part_of(run, 0.0, 2.0).t.size == 2001
     eventful = replace(run, events=(Event(1.0, "slip", 2), Event(4.5, "stick", 3)))
     assert part_of(eventful, MOVE.second).events == (Event(1.0, "stick", 3),)  # counted from the part's own start
     with pytest.raises(OptionError, match="part of a run"):
         part_of(run, 9.0)
-
-
-def test_the_task():
-    move = lwr_dyn.reference("ist-clear-twice", ARM, back=2.0)
-    assert (move.duration, move.about["task"]) == (30.0, "ist-clear-twice")
-    with pytest.raises(OptionError, match="back"):
-        Twice(ONCE, 0.0)

@@ -3,24 +3,24 @@
 import json
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import OptionError, PathLimitError, ShapeError, SingularArmError
+from lwr_dyn.foundation.errors import PathLimitError, ShapeError, SingularArmError
 from lwr_dyn.kinematics.solution import Branch
 from lwr_dyn.model.spatial import rot_x
 from lwr_dyn.trajectory.motion_profile import quintic
 from lwr_dyn.trajectory.path import line, path_of
 from lwr_dyn.trajectory.pose_path import constant_orientation, slerp, timed_pose_path
-from lwr_dyn.trajectory.references.ist import TOOL, ist_reference, timed_ist
+from lwr_dyn.trajectory.references.ist import TOOL, ist_reference
 from lwr_dyn.trajectory.references.pose_path_reference import FixedArmAngle, pose_path_reference
 from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming
+from tests.trajectory.differences import check_derivatives
 
 ARM = lwr_dyn.load("lwr4plus")
-STENCIL = np.array([-4, -3, -2, -1, 1, 2, 3, 4])
-WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
 STEP = 2e-3
 """[s] Eighth-order differences over 16 ms."""
 DIFFERENCE = 1e-9
@@ -49,155 +49,127 @@ def _rising(s, t):
     return s[keep], t[keep]
 
 
-@pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
-def test_the_flange_draws_the_path(timing):
-    reference = timed(timing)
-    t = np.linspace(0.0, 14.0, 1401)
-    T = lwr_dyn.forward_kinematics(ARM, reference.sample(t).q)
-    np.testing.assert_allclose(T, reference.poses.at(t).T, atol=POSE)
+def check_motion(reference, t):
+    """At times t away from the breaks: the flange draws the path, dq and ddq are the derivatives of q."""
+    t = t[np.abs(t[:, None] - breaks(reference)).min(axis=1) > 5 * STEP]
+    check_derivatives(reference.sample, t, STEP, ("q", "dq", "ddq"), atol=DIFFERENCE)
+    drawn = lwr_dyn.forward_kinematics(reference.arm, reference.sample(t).q)
+    np.testing.assert_allclose(drawn, reference.poses.at(t).T, atol=POSE)
+    return t.size
 
 
 @pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
-def test_dq_and_ddq_are_the_derivatives_of_q_between_the_breaks(timing):
+def test_the_flange_draws_the_path_with_exact_derivatives_inside_the_limits(timing):
     reference = timed(timing)
-    t = np.linspace(0.013, 13.987, 431)
-    away = np.abs(t[:, None] - breaks(reference)).min(axis=1)
-    t = t[away > 5 * STEP]
-    assert len(t) > 150
-    here, around = reference.sample(t), reference.sample((t[:, None] + STEP * STENCIL).ravel())
-    dq = np.einsum("ksj,s->kj", around.q.reshape(len(t), -1, 7), WEIGHTS) / STEP
-    ddq = np.einsum("ksj,s->kj", around.dq.reshape(len(t), -1, 7), WEIGHTS) / STEP
-    np.testing.assert_allclose(here.dq, dq, atol=DIFFERENCE)
-    np.testing.assert_allclose(here.ddq, ddq, atol=DIFFERENCE)
+    assert check_motion(reference, np.linspace(0.013, 13.987, 431)) > 150
+    motion = reference.sample(np.linspace(0, 14, 1401))
+    assert np.all(np.abs(motion.dq).max(axis=0) < ARM.velocity)
+    assert np.min(np.minimum(ARM.upper - motion.q, motion.q - ARM.lower)) >= reference.margin
+    nearest = reference.nearest_limit  # joint 6 at point 1
+    assert (np.degrees(reference.margin), nearest.t) == (pytest.approx(1.2, abs=0.05), pytest.approx(0.0, abs=0.2))
+    assert nearest.joint == "joint_6"
+
+
+H = 5e-4
+"""[s] A step is at most the peak rate times h (0.8 rad/s, 3.5 rad/s^2, 56 rad/s^3 on IST); a jump does not shrink."""
+
+
+def largest_steps(reference):
+    motion = reference.sample(np.arange(-0.1, 14.1, H))
+    return np.array([np.abs(np.diff(x, axis=0)).max() for x in (motion.q, motion.dq, motion.ddq)])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("timing", ["quintic", "smooth", "smooth-blended"])
-def test_q_dq_and_ddq_have_no_jump_anywhere(timing):
-    h = 5e-4
-    motion = timed(timing).sample(np.arange(-0.1, 14.1, h))
-    # a step is at most the peak rate times h (0.8 rad/s, 3.5 rad/s^2, 56 rad/s^3 on IST); a jump does not shrink with h
-    for value, most in (("q", 1.0), ("dq", 5.0), ("ddq", 80.0)):
-        assert np.abs(np.diff(getattr(motion, value), axis=0)).max() < most * h
-
-
-@pytest.mark.slow
-def test_the_same_look_finds_the_jump_of_ddq_at_a_bend_that_is_not_eased():
-    sharp = ist_reference(ARM, smoothness=SmoothTiming(ease=0.0)).sample(np.arange(-0.1, 14.1, 5e-4))
-    assert np.abs(np.diff(sharp.ddq, axis=0)).max() > 0.5
-    assert np.abs(np.diff(sharp.dq, axis=0)).max() < 5.0 * 5e-4
+def test_q_dq_and_ddq_have_no_jump_but_at_a_bend_that_is_not_eased(timing):
+    most = np.array([1.0, 5.0, 80.0]) * H
+    assert (largest_steps(timed(timing)) < most).all()
+    if timing == "smooth":
+        sharp = largest_steps(ist_reference(ARM, smoothness=SmoothTiming(ease=0.0)))
+        assert (sharp[:2] < most[:2]).all()
+        assert sharp[2] > 0.5
 
 
 @pytest.mark.slow
 def test_constant_speed_jumps_in_dq_at_its_corners_and_ends_and_nowhere_else():
-    h = 5e-4
-    reference = timed("constant")
-    t = np.arange(-0.1, 14.1, h)
+    reference, t = timed("constant"), np.arange(-0.1, 14.1, H)
     steps = np.abs(np.diff(reference.sample(t).dq, axis=0)).max(axis=1)
-    jumps = t[:-1][steps > 0.01]
     corners = np.array([c.s for c in reference.poses.path.corners()]) / reference.poses.length * 14.0
-    expected = np.concatenate([[0.0], corners, [14.0]])
-    assert len(jumps) == len(expected)
-    np.testing.assert_allclose(jumps, expected, atol=2 * h)
+    np.testing.assert_allclose(t[:-1][steps > 0.01], [0.0, *corners, 14.0], atol=2 * H)
 
 
-def test_it_stands_still_before_and_after():
-    motion = timed("constant").sample(np.array([-1.0, 0.0, 14.0, 20.0]))
+def test_it_stands_still_before_and_after_and_its_trace_is_the_drawn_path():
+    reference = timed("constant")
+    motion = reference.sample(np.array([-1.0, 0.0, 14.0, 20.0]))
     np.testing.assert_array_equal(motion.q[[0, 3]], motion.q[[1, 2]])
-    assert not motion.dq[[0, 3]].any()
-    assert not motion.ddq[[0, 3]].any()
+    assert not np.any([motion.dq[[0, 3]], motion.ddq[[0, 3]]])
+    with pytest.raises(ShapeError, match="nan"):
+        reference.sample(np.array([np.nan]))
+    trace = reference.trace(15)
+    np.testing.assert_allclose(trace, reference.poses.at(np.arange(15.0)).T[:, :3, 3], atol=POSE)
 
 
-@pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
-def test_the_tightest_place_is_joint_6_at_point_1_by_1_2_degrees(timing):
-    reference = timed(timing)
-    assert np.degrees(reference.margin) == pytest.approx(1.2, abs=0.05)
-    assert reference.nearest_limit.joint == "joint_6"
-    assert reference.nearest_limit.t == pytest.approx(0.0, abs=0.2)
-    q = reference.sample(np.linspace(0, 14, 1401)).q
-    assert np.min(np.minimum(ARM.upper - q, q - ARM.lower)) >= reference.margin
-
-
-@pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
-def test_speed_limits_are_kept(timing):
-    dq = timed(timing).sample(np.linspace(0, 14, 1401)).dq
-    assert np.all(np.abs(dq).max(axis=0) < ARM.velocity)
-
-
-def test_a_fixed_arm_angle_is_kept_on_the_branch_with_the_largest_margin():
+def test_a_fixed_arm_angle_is_kept_on_the_branch_with_the_largest_margin_and_a_curve_of_ones_own_is_taken():
     best = timed("smooth").arm_angle
     psi = float(np.mean(best.evaluate(np.linspace(0, 1.3, 50))[0]))
     reference = ist_reference(ARM, arm_angle=psi)
-    assert reference.arm_angle.branch == best.branch
+    assert (reference.arm_angle.psi, reference.arm_angle.branch) == (psi, best.branch)
     assert 0.0 < reference.margin <= timed("smooth").margin + 1e-6
-    t = np.linspace(0.0, 14.0, 141)
-    T = lwr_dyn.forward_kinematics(ARM, reference.sample(t).q)
-    np.testing.assert_allclose(T, reference.poses.at(t).T, atol=POSE)
+    check_motion(reference, np.linspace(0.0, 14.0, 141))
+    own = ist_reference(ARM, "quintic", arm_angle=best)
+    assert own.arm_angle is best
+    values = [x.about["arm_angle"]["value"] for x in (reference, own)]
+    assert values == [f"{psi!r} rad all along, given", "a curve, given"]
 
 
-def test_a_curve_of_ones_own_is_taken():
-    own = timed("smooth").arm_angle
-    reference = ist_reference(ARM, "quintic", arm_angle=own)
-    assert reference.arm_angle is own
-    assert reference.about["arm_angle"]["value"] == "a curve, given"
+def timed_line(*points, orientation=None, duration=2.0):
+    path = path_of([line(a, b) for a, b in pairwise(points)])
+    turning = constant_orientation(np.eye(3)) if orientation is None else slerp(*orientation, path.length)
+    return timed_pose_path(path, turning, quintic(path.length, duration))
 
 
 def test_a_turning_tool_is_followed():
-    path = path_of([line((-0.05, -0.4, 0.5), (-0.05, -0.2, 0.5))])
-    orientation = slerp(TOOL, rot_x(-0.4) @ np.array(TOOL), path.length)
-    reference = pose_path_reference(ARM, timed_pose_path(path, orientation, quintic(path.length, 2.0)))
-    t = np.linspace(0.1, 1.9, 19)
-    away = np.abs(t[:, None] - breaks(reference)).min(axis=1)
-    t = t[away > 5 * STEP]
-    here, around = reference.sample(t), reference.sample((t[:, None] + STEP * STENCIL).ravel())
-    ddq = np.einsum("ksj,s->kj", around.dq.reshape(len(t), -1, 7), WEIGHTS) / STEP
-    np.testing.assert_allclose(here.ddq, ddq, atol=DIFFERENCE)
-    np.testing.assert_allclose(lwr_dyn.forward_kinematics(ARM, here.q), reference.poses.at(t).T, atol=POSE)
+    tools = (TOOL, rot_x(-0.4) @ np.array(TOOL))
+    poses = timed_line((-0.05, -0.4, 0.5), (-0.05, -0.2, 0.5), orientation=tools)
+    check_motion(pose_path_reference(ARM, poses), np.linspace(0.1, 1.9, 19))
 
 
 def test_it_lists_what_is_printed_assumed_and_estimated():
     about = json.loads(json.dumps(dict(timed("smooth").about)))
-    assert about["timing"]["kind"] == "assumed"
-    assert about["timing"]["value"] == "smooth"
-    assert about["points"]["kind"] == "printed"
-    assert about["R_07"]["kind"] == "estimated"
-    assert about["margin"]["joint"] == "joint_6"
+    kinds = {name: about[name]["kind"] for name in ("timing", "points", "R_07", "arm_angle", "duration", "smoothness")}
+    assert kinds == {
+        "timing": "assumed", "points": "printed", "R_07": "estimated", "arm_angle": "assumed", "duration": "printed",
+        "smoothness": "assumed",
+    }  # fmt: skip
+    assert (about["timing"]["value"], about["margin"]["joint"], about["task"]) == ("smooth", "joint_6", "ist")
+    free = ist_reference(lwr_dyn.load("lwr4"))  # it has no limits, and JSON no infinity
+    assert (free.margin, json.loads(json.dumps(dict(free.about), allow_nan=False))["margin"]) == (np.inf, None)
 
 
-def test_an_arm_without_limits_has_no_margin_to_speak_of():
-    reference = ist_reference(lwr_dyn.load("lwr4"))
-    assert reference.margin == np.inf
-    assert json.loads(json.dumps(dict(reference.about), allow_nan=False))["margin"] is None
-
-
-def test_a_tool_that_leads_out_of_the_limits_is_refused_with_its_place():
-    down = np.array([[1.0, 0, 0], [0, -1, 0], [0, 0, -1]])
+def test_a_tool_or_a_fixed_arm_angle_that_leads_out_of_the_limits_is_refused_with_its_place():
+    down = np.diag([1.0, -1.0, -1.0])
     with pytest.raises(PathLimitError, match=r"at t = .* s, point \(-0.05, .*\) m: .*joint_\d.* 0\.2\d* rad") as caught:
         ist_reference(ARM, R_07=down)
     fault = caught.value
     assert fault.joint in ARM.joint_names
     assert 0.0 <= fault.t <= 14.0
     assert np.degrees(fault.excess) == pytest.approx(12.6, abs=0.3)  # -z of the six axis directions
-
-
-def test_a_fixed_arm_angle_outside_the_limits_is_refused_with_its_place():
-    with pytest.raises(
-        PathLimitError, match=r"point \(.*\) m: joint_\d at .* rad outside its limits; allowed"
-    ) as caught:
+    outside = r"point \(.*\) m: joint_\d at .* rad outside its limits; allowed"
+    with pytest.raises(PathLimitError, match=outside) as caught:
         ist_reference(ARM, arm_angle=1.0)
-    assert caught.value.excess > 0.0
     let_go = ist_reference(ARM, arm_angle=1.0, limits=False)
     assert let_go.margin == pytest.approx(-caught.value.excess)
+    assert let_go.margin < 0.0
     assert let_go.about["margin"]["limits_kept"] is False
 
 
 def test_a_branch_of_ones_own_is_kept():
-    # at psi = -150 deg two branches stay inside the limits by the same margin
-    reference = ist_reference(ARM, arm_angle=FixedArmAngle(np.radians(-150.0), Branch(1, -1, 1)), limits=False)
-    q = reference.sample(np.linspace(0, 14, 50)).q
-    assert np.all(q[:, 3] < 0.0) or np.all(q[:, 3] > 0.0)
-    other = ist_reference(ARM, arm_angle=FixedArmAngle(np.radians(-150.0), Branch(1, 1, 1)), limits=False)
-    np.testing.assert_allclose(other.sample(np.linspace(0, 14, 50)).q[:, 3], -q[:, 3])
+    """At psi = -150 deg two branches stay inside the limits by the same margin."""
+    angles = (FixedArmAngle(np.radians(-150.0), Branch(1, elbow, 1)) for elbow in (-1, 1))
+    references = [ist_reference(ARM, arm_angle=angle, limits=False) for angle in angles]
+    one, other = (reference.sample(np.linspace(0, 14, 50)).q[:, 3] for reference in references)
+    assert np.all(one < 0.0) or np.all(one > 0.0)
+    np.testing.assert_allclose(other, -one)
 
 
 def range_of_joint_7(upper):
@@ -207,8 +179,8 @@ def range_of_joint_7(upper):
 def turning_flange(arm):
     """A path on which the flange turns about joint 7 by 0.6 rad, past half a turn, and an arm angle for it."""
     start, end = (lwr_dyn.forward_kinematics(arm, [0.3, 0.6, 0.2, -1.2, 0.3, 0.7, x]) for x in (2.9, 3.5))
-    path = path_of([line(start[:3, 3], start[:3, 3] + [0.0, 0.02, 0.0])])
-    poses = timed_pose_path(path, slerp(start[:3, :3], end[:3, :3], path.length), quintic(path.length, 2.0))
+    tools = (start[:3, :3], end[:3, :3])
+    poses = timed_line(start[:3, 3], start[:3, 3] + [0.0, 0.02, 0.0], orientation=tools)
     solution = lwr_dyn.inverse_kinematics(arm, start).solutions[0]
     branch = Branch(*(1 if sign == "+" else -1 for sign in solution.branch))
     return poses, FixedArmAngle(solution.arm_angle, branch)
@@ -228,46 +200,23 @@ def test_a_joint_whose_range_is_wider_than_a_turn_does_not_jump_and_one_that_is_
         pose_path_reference(range_of_joint_7(np.pi), poses, angle)
 
 
-def test_bad_arm_angles_arms_and_times_are_refused():
-    with pytest.raises(OptionError, match="arm_angle: nan"):
-        ist_reference(ARM, arm_angle=float("nan"))
-    with pytest.raises(ShapeError, match="nan"):
-        timed("smooth").sample(np.array([np.nan]))
+OWN = FixedArmAngle(0.0, Branch(1, 1, 1))
+NEAR, FAR = (0.3, 0.6, 0.5), (0.3, 1.1, 0.5)
+OUT = r" m: the wrist is \d\.\d+ m out of reach"
 
 
-def test_the_trace_is_the_drawn_path():
-    trace = timed("quintic").trace(11)
-    assert trace.shape == (11, 3)
-    np.testing.assert_allclose(trace[[0, -1]], timed_ist("quintic").at([0.0, 14.0]).T[:, :3, 3], atol=POSE)
+@pytest.mark.parametrize("arm_angle", [None, 0.0, OWN])
+@pytest.mark.parametrize(
+    ("points", "place"),
+    [([(0.3, 0.3, 0.5), (0.3, 2.3, 0.5)], r"at t = 2 s, point \(0\.3, 2\.3, 0\.5\)"),
+     ([NEAR, FAR, NEAR], r"at t = 1 s, point \(0\.3, 1\.1, 0\.5\)")],
+)  # fmt: skip
+def test_a_path_out_of_reach_is_refused_with_the_time_of_its_farthest_place(points, place, arm_angle):
+    with pytest.raises(PathLimitError, match=place + OUT):
+        pose_path_reference(ARM, timed_line(*points), arm_angle)
 
 
-def test_a_given_curve_out_of_reach_or_through_a_singularity_is_refused_with_its_place():
-    far = path_of([line((0.3, 0.3, 0.5), (0.3, 2.3, 0.5))])
-    own = FixedArmAngle(0.0, Branch(1, 1, 1))
-    with pytest.raises(PathLimitError, match=r"at t = 2 s, point .* 1\.\d+ m out of reach"):
-        pose_path_reference(ARM, timed_pose_path(far, constant_orientation(np.eye(3)), quintic(far.length, 2.0)), own)
-    # the tool points away from the elbow's line as the arm passes upright: the wrist stands on the axis of joint 1
-    over = path_of([line((-0.2, 0.0, 0.7), (0.2, 0.0, 0.7))])
+def test_a_path_through_a_singularity_is_refused_with_its_place():
+    """The tool points away from the elbow's line as the arm passes upright: the wrist is on the axis of joint 1."""
     with pytest.raises(SingularArmError, match=r"at t = 1 s, point \(0, 0, 0\.7\) m"):
-        pose_path_reference(
-            ARM, timed_pose_path(over, constant_orientation(np.eye(3)), quintic(over.length, 2.0)), own, limits=False
-        )
-
-
-@pytest.mark.parametrize("arm_angle", [None, 0.0])
-def test_the_time_is_that_of_the_farthest_place_inside_the_path(arm_angle):
-    """There and back: the turning point, half a metre along, at half the time."""
-    near, far = (0.3, 0.6, 0.5), (0.3, 1.1, 0.5)
-    path = path_of([line(near, far), line(far, near)])
-    poses = timed_pose_path(path, constant_orientation(np.eye(3)), quintic(path.length, 2.0))
-    with pytest.raises(PathLimitError, match=r"at t = 1 s, point \(0\.3, 1\.1, 0\.5\) m: the wrist is"):
-        pose_path_reference(ARM, poses, arm_angle)
-
-
-@pytest.mark.parametrize("arm_angle", [None, 0.0])
-def test_a_path_out_of_reach_is_refused_with_its_place(arm_angle):
-    path = path_of([line((0.3, 0.3, 0.5), (0.3, 2.3, 0.5))])
-    poses = timed_pose_path(path, constant_orientation(np.eye(3)), quintic(path.length, 2.0))
-    message = r"at t = 2 s, point \(0\.3, 2\.3, 0\.5\) m: the wrist is 1\.\d+ m out of reach"
-    with pytest.raises(PathLimitError, match=message):
-        pose_path_reference(ARM, poses, arm_angle)
+        pose_path_reference(ARM, timed_line((-0.2, 0.0, 0.7), (0.2, 0.0, 0.7)), OWN, limits=False)

@@ -46,13 +46,15 @@ def test_positions_come_back_with_their_derivatives(tmp_path, unit, factor):
 
 def test_it_stands_still_outside_and_can_be_slower(tmp_path):
     file = joints_file(tmp_path / "m.csv", swing(T))
-    reference = lwr_dyn.reference("csv", ARM, file=file, slower=2.0)
+    reference, scale = lwr_dyn.reference("csv", ARM, file=file, slower=2.0), 0.45 * np.linspace(1.0, 0.4, 7)
     motion = reference.sample(np.array([-1.0, 2.0, 9.0]))
-    assert reference.duration == 4.0
     assert motion.q == pytest.approx(swing(np.array([0.0, 1.0, 2.0])), abs=1e-9)
-    assert not motion.dq[[0, 2]].any()
-    assert motion.dq[1] == pytest.approx(0.5 * 0.45 * np.cos(1.5) * np.linspace(1.0, 0.4, 7), abs=1e-7)
-    assert reference.about["speed_at_ends"][0] > 0.1
+    assert motion.dq == pytest.approx(0.5 * np.outer([0.0, np.cos(1.5), 0.0], scale), abs=1e-7)
+    speeds = 0.5 * 0.45 * np.abs([1.0, np.cos(3.0)])
+    assert (reference.duration, reference.about) == (4.0, {
+        "task": "csv", "file": file, "rows": 201, "slower": 2.0, "given": "joint positions", "left_out": [],
+        "speed_at_ends": pytest.approx(speeds, abs=1e-6),
+    })  # fmt: skip
 
 
 def test_the_csv_of_a_run_is_a_reference(tmp_path):
@@ -64,43 +66,45 @@ def test_the_csv_of_a_run_is_a_reference(tmp_path):
     assert "tau1 [N m]" in again.about["left_out"]
 
 
-def test_poses_of_a_redundant_arm(tmp_path):
-    """The tip follows them; the arm angle is that with the largest margin."""
-    poses = flange_pose(ARM.chain, swing(T))
-    reference = lwr_dyn.reference("csv", ARM, file=pose_file(tmp_path / "p.csv", poses))
-    assert flange_pose(ARM.chain, reference.sample(T).q) == pytest.approx(poses, abs=1e-7)
-    near = lwr_dyn.reference("csv", ARM, file=str(tmp_path / "p.csv"), start=MIDDLE)
-    assert flange_pose(ARM.chain, near.sample(T).q) == pytest.approx(poses, abs=1e-7)
-    assert np.abs(near.sample(T).q - swing(T)).max() < 0.2
-
-
-def test_poses_of_an_arm_with_six_joints(tmp_path):
-    q = np.array([0.3, -1.2, 1.4, 0.2, 0.7, 0.1]) + 0.2 * np.sin(T)[:, None]
-    poses = flange_pose(KR.chain, q)
-    reference = lwr_dyn.reference("csv", KR, file=pose_file(tmp_path / "p.csv", poses))
-    assert flange_pose(KR.chain, reference.sample(T).q) == pytest.approx(poses, abs=1e-7)
+def test_poses_of_a_redundant_arm_and_of_one_with_six_joints(tmp_path):
+    """The tip follows them; the arm angle is that with the largest margin, or that of the start."""
+    six = np.array([0.3, -1.2, 1.4, 0.2, 0.7, 0.1]) + 0.2 * np.sin(T)[:, None]
+    for arm, q, start in ((ARM, swing(T), None), (ARM, swing(T), MIDDLE), (KR, six, None)):
+        poses = flange_pose(arm.chain, q)
+        reference = lwr_dyn.reference("csv", arm, file=pose_file(tmp_path / "p.csv", poses), start=start)
+        found = reference.sample(T).q
+        assert flange_pose(arm.chain, found) == pytest.approx(poses, abs=1e-7)
+        assert start is None or np.abs(found - q).max() < 0.2
 
 
 def test_what_the_arm_cannot_do_is_said_in_one_line(tmp_path):
-    far = flange_pose(ARM.chain, swing(T))
+    far, jump = flange_pose(ARM.chain, swing(T)), flange_pose(ARM.chain, swing(T))
     far[120:, 0, 3] += 3.0
+    jump[100:] = flange_pose(ARM.chain, swing(T)[100:] + 0.6)
     six = flange_pose(KR.chain, np.tile([0.3, -1.2, 1.4, 0.2, 0.7, 0.1], (201, 1)))
     six[60:, 0, 3] += 9.0
     beyond, fast = swing(T), MIDDLE + 0.3 * np.sin(20.0 * T)[:, None]
     beyond[:, 3] += 1.5 * np.sin(T) ** 2 + 2.5
+    good, start = joints_file(tmp_path / "0.csv", swing(T)), {"start": MIDDLE}
     faults = [
-        (ARM, joints_file(tmp_path / "1.csv", swing(T)[:, :6]), "columns: q1 to q6; allowed: q1 to q7 for lwr4plus"),
-        (ARM, joints_file(tmp_path / "2.csv", beyond), "joint_4 at"),
-        (ARM, joints_file(tmp_path / "3.csv", np.degrees(swing(T))), "are these degrees? then q1 [deg] in the header"),
-        (ARM, joints_file(tmp_path / "4.csv", fast), "times its speed limit; allowed: slower motion: --slower"),
-        (ARM, pose_file(tmp_path / "5.csv", far), "t = 1.2 s: the wrist is"),
-        (KR, pose_file(tmp_path / "6.csv", six), "t = 0.6 s: the arm does not reach the pose from the one before"),
+        (joints_file(tmp_path / "1.csv", swing(T)[:, :6]), {}, "columns: q1 to q6; allowed: q1 to q7 for lwr4plus"),
+        (joints_file(tmp_path / "2.csv", beyond), {}, "joint_4 at"),
+        (joints_file(tmp_path / "3.csv", np.degrees(swing(T))), {}, "are these degrees? then q1 [deg] in the header"),
+        (joints_file(tmp_path / "4.csv", fast), {}, "times its speed limit; allowed: slower motion: --slower"),
+        (pose_file(tmp_path / "5.csv", far), {}, "t = 1.2 s: the wrist is"),
+        (pose_file(tmp_path / "6.csv", six), {}, "t = 0.6 s: the arm does not reach the pose from the one before"),
+        (pose_file(tmp_path / "7.csv", jump), start, "(rad or m) from the row before; allowed: poses within reach"),
+        (good, start, "start: given with joint positions; allowed: a file of poses, or no start"),
+        (good, {"slower": 0.0}, "slower: 0.0; allowed: a number from"),
+        (str(tmp_path / "5.csv"), {"start": [0.0]}, "start: 1 number; allowed: 7 numbers"),
     ]
-    for arm, file, words in faults:
-        with pytest.raises(MotionFileError) as caught:
-            lwr_dyn.reference("csv", arm, file=file)
+    for file, options, words in faults:
+        with pytest.raises((MotionFileError, OptionError, ShapeError)) as caught:
+            lwr_dyn.reference("csv", KR if "6.csv" in file else ARM, file=file, **options)
         assert words in str(caught.value)
         assert "\n" not in str(caught.value)
+    motion = lwr_dyn.reference("csv", ARM, file=good).sample(T)
+    assert motion.q == pytest.approx(swing(T), abs=1e-12)
 
 
 def test_the_slower_motion_that_is_named_is_allowed(tmp_path):
@@ -110,21 +114,3 @@ def test_the_slower_motion_that_is_named_is_allowed(tmp_path):
     slower = float(str(caught.value).rpartition(" ")[2])
     motion = lwr_dyn.reference("csv", ARM, file=file, slower=slower).sample(np.linspace(0.0, 2.0 * slower, 5000))
     assert 0.97 < np.abs(motion.dq / ARM.velocity).max() <= 1.0
-
-
-def test_jumps_between_rows_are_no_path(tmp_path):
-    poses = flange_pose(ARM.chain, swing(T))
-    poses[100:] = flange_pose(ARM.chain, swing(T)[100:] + 0.6)
-    with pytest.raises(MotionFileError, match=r"t = 1 s: .* from the row before"):
-        lwr_dyn.reference("csv", ARM, file=pose_file(tmp_path / "p.csv", poses), start=MIDDLE)
-
-
-def test_bad_options(tmp_path):
-    file = joints_file(tmp_path / "m.csv", swing(T))
-    with pytest.raises(OptionError, match="slower"):
-        lwr_dyn.reference("csv", ARM, file=file, slower=0.0)
-    with pytest.raises(MotionFileError, match="start: given with joint positions"):
-        lwr_dyn.reference("csv", ARM, file=file, start=MIDDLE)
-    poses = pose_file(tmp_path / "p.csv", flange_pose(ARM.chain, swing(T)))
-    with pytest.raises(ShapeError, match="start"):
-        lwr_dyn.reference("csv", ARM, file=poses, start=[0.0])
