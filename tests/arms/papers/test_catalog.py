@@ -1,22 +1,15 @@
 """Robots by name: a command parses a robot's data file once, and the template of a new arm is a valid file."""
 
+import re
 import tomllib
 from copy import deepcopy
 from importlib.util import find_spec
 
 import pytest
 
+from lwr_dyn.arms.papers import catalog
 from lwr_dyn.arms.papers.assembly import arm_from_paper
-from lwr_dyn.arms.papers.catalog import (
-    data_files,
-    open_paper,
-    open_readings,
-    published,
-    readings,
-    robots,
-    studied,
-    template,
-)
+from lwr_dyn.arms.papers.catalog import open_paper, published, readings, robots, studied, template
 from lwr_dyn.arms.papers.reader import apply_errata, parse_paper
 from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
@@ -76,6 +69,7 @@ def test_printed_tables_are_the_same_under_every_reading_and_free_of_errata(robo
     for paper in papers:
         assert paper.printed == papers[0].printed
     for erratum in papers[0].errata:  # each states what is printed in its cells, so it applies to them
+        assert re.fullmatch(r"[a-z0-9-]+", erratum.id)
         tables = deepcopy(dict(papers[0].printed))
         assert bool(apply_errata(tables, (erratum,), robot)) == (tables != papers[0].printed)
 
@@ -113,14 +107,14 @@ def test_robots_are_those_of_papers_and_those_of_published_sets():
     assert set(studied()) & set(published()) == set()
     assert robots() == tuple(sorted({*studied(), *published()}))
     for robot in ("lwr4plus", "panda"):
-        under_each = open_readings(robot)
+        under_each = catalog.open_readings(robot)
         assert tuple(paper.reading.name for paper in under_each) == readings(robot)
         assert all(paper.digest == open_paper(robot).digest for paper in under_each)
-    files = data_files("lwr4plus")
+    files = catalog.data_files("lwr4plus")
     assert list(files) == ["lwr4plus.toml", *sorted(name for name in files if "/" in name)]
     assert tomllib.loads(files["lwr4plus.toml"])["name"] == "lwr4plus"
-    assert next(iter(data_files("panda"))) == "panda.toml"
-    for open_it in (data_files, open_paper):
+    assert next(iter(catalog.data_files("panda"))) == "panda.toml"
+    for open_it in (catalog.data_files, open_paper):
         with pytest.raises(UnknownNameError, match="no robot named 'panta'"):
             open_it("panta")
 

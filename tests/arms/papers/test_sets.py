@@ -9,7 +9,6 @@ from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.arms.papers.reader import parse_paper
 from lwr_dyn.foundation.errors import PaperError
-from lwr_dyn.model.friction import friction_torque
 from tests.tolerances import EXACT
 
 SET = """
@@ -192,82 +191,9 @@ def test_a_coupled_wrist_is_a_motor_map_of_its_own():
     assert arm_from_paper(written).transmission.matrix.tolist() == [[45.0, 0.0], [32.0, 32.0]]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("[32, 32]", "[45, 0]", "transmission.matrix: a singular matrix"),
-        (
-            "matrix =",
-            'ratio = { values = [1, 2], unit = "1", where = "p", kind = "printed" }\nmatrix =',
-            "matrix and ratio",
-        ),
-        ("matrix =", "signs =", r"signs.values\[0\]: \[45.0, 0.0\]; allowed: 1, 0 or -1"),
-    ],
-)
-def test_a_motor_map_is_given_in_one_way(old, new, message):
-    with pytest.raises(PaperError, match=message):
-        arm_of(OWN + SET.replace("[[erratum]]", COUPLED.replace(old, new, 1) + "[[erratum]]", 1))
-
-
-MOTORS = """[set.rotors]
-gear_ratio = { values = [-50, 20], unit = "1", where = "p", kind = "printed" }
-inertia = { values = [1e-4, 1e-4], unit = "kg m^2", where = "p", kind = "printed" }
-[set.friction]
-side = "motor"
-positive_coulomb = { values = [0.4, 0.1], unit = "N m", where = "p", kind = "printed" }
-negative_coulomb = { values = [0.5, 0.1], unit = "N m", where = "p", kind = "printed" }
-positive_viscous = { values = [1e-3, 2e-3], unit = "N m s/rad", where = "p", kind = "printed" }
-negative_viscous = { values = [1e-3, 2e-3], unit = "N m s/rad", where = "p", kind = "printed" }
-"""
-
-
-def test_friction_of_the_motors_is_that_of_the_joints_by_the_gears():
-    """The torque at the joint is r f(r dq), whichever sign the ratio has."""
-    arm = arm_of(OWN + SET.replace("[[erratum]]", MOTORS + "[[erratum]]", 1))
-    dq = np.array([[0.3, -0.2], [-0.3, 0.2]])
-    ratio = np.array([-50.0, 20.0])
-    speed = ratio * dq
-    level = np.where(speed > 0.0, [0.4, 0.1], [0.5, 0.1])
-    expected = ratio * (np.sign(speed) * level + [1e-3, 2e-3] * speed)
-    np.testing.assert_allclose(friction_torque(arm.friction_models(), dq), expected, rtol=1e-14)
-
-
-def test_one_pair_of_friction_at_the_motors_is_that_of_the_joints_too():
-    both = MOTORS.partition("positive_coulomb")[0] + "".join(
-        f'{name} = {{ values = [0.4, 0.1], unit = "{unit}", where = "p", kind = "printed" }}\n'
-        for name, unit in (("coulomb", "N m"), ("viscous", "N m s/rad"))
-    )
-    arm = arm_of(OWN + SET.replace("[[erratum]]", both + "[[erratum]]", 1))
-    limits = [(x.coulomb, x.viscous) for x in arm.limits]
-    np.testing.assert_allclose(limits, [(20.0, 1000.0), (2.0, 40.0)], rtol=1e-14)
-
-
-SIGMOID = """[set.friction]
-sigmoid_level = { values = [0.5, 0.9], unit = "N m", where = "p", kind = "printed" }
-sigmoid_slope = { values = [5, 9], unit = "s/rad", where = "p", kind = "printed" }
-sigmoid_shift = { values = [0.04, -0.03], unit = "rad/s", where = "p", kind = "printed" }
-"""
-
-
-def test_a_sigmoid_of_friction_is_kept_whole_or_refused():
-    text = OWN + SET.replace("[[erratum]]", SIGMOID + "[[erratum]]", 1)
-    paper = parse_paper(text, "own.toml", "maker")
-    assert paper.numbers("friction.sigmoid_slope") == (5.0, 9.0)
-    with pytest.raises(PaperError, match="sigmoid_level and sigmoid_slope; allowed: level, slope and shift"):
-        parse_paper(text.replace("sigmoid_shift", "# "), "own.toml", "maker")
-
-
 def test_where_torques_are_measured_can_be_said():
     assert read("printed").torques == ""
     said = OWN.replace('kinds = ["revolute", "revolute"]', 'kinds = ["revolute", "revolute"]\ntorques = "link"')
     assert parse_paper(said, "own.toml").torques == "link"
     with pytest.raises(PaperError, match=r"joints.torques: 'both'; allowed: one of motor, link"):
         parse_paper(said.replace('"link"', '"both"'), "own.toml")
-
-
-def test_friction_at_motors_without_gear_ratios_is_refused():
-    text = OWN + SET.replace("[[erratum]]", MOTORS[MOTORS.index("[set.friction]") :] + "[[erratum]]", 1)
-    with pytest.raises(PaperError, match=r"friction.side: 'motor' without gear ratios"):
-        arm_of(text)
-    with pytest.raises(PaperError, match="'motor' with motors that drive several joints"):
-        arm_of(text.replace('[[erratum]]\nid = "mass-2', COUPLED + '[[erratum]]\nid = "mass-2', 1))
