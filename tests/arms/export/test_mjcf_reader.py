@@ -12,7 +12,6 @@ import pytest
 import lwr_dyn
 from lwr_dyn.arms.export.mjcf import mjcf_text
 from lwr_dyn.arms.export.mjcf_reader import read_mjcf
-from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, MissingPackageError, UnknownNameError, UrdfError
 from lwr_dyn.model.arm import JointLimits
 from tests.arms.export.beside_mujoco import differences
@@ -75,13 +74,14 @@ def test_options_of_loading_act_as_on_any_arm(tmp_path):
     q = np.full(6, 0.3)
     locked, same = (lwr_dyn.load(x, lock={"joint_3": 0.2}, tool=TOOL) for x in (path, "lwr4plus"))
     assert np.abs(lwr_dyn.forward_kinematics(locked, q) - lwr_dyn.forward_kinematics(same, q)).max() < 1e-12
-    with pytest.raises(UnknownNameError, match="no reading of an MJCF named 'printed'"):
-        lwr_dyn.load(path, "printed")
     assert lwr_dyn.load(path, tip="link_4").n == 4
-    with pytest.raises(UnknownNameError, match=r"no link of arm\.xml named 'hand'"):
-        lwr_dyn.load(path, tip="hand")
-    with pytest.raises(UnknownNameError, match=r"no moving joint of arm\.xml named 'j'"):
-        lwr_dyn.load(path, lock={"j": 0.0})
+    for options, words in (
+        ({"reading": "printed"}, "no reading of an MJCF named 'printed'"),
+        ({"tip": "hand"}, r"no link of arm\.xml named 'hand'"),
+        ({"lock": {"j": 0.0}}, r"no moving joint of arm\.xml named 'j'"),
+    ):
+        with pytest.raises(UnknownNameError, match=words):
+            lwr_dyn.load(path, **options)
     with pytest.raises(FileAccessError, match=r"allowed: a readable \.xml file"):
         lwr_dyn.load(tmp_path / "none.xml")
 
@@ -113,13 +113,12 @@ ENDS = ("--from-deg", "0,30,0,-70,0,35,0", "--to-deg", "1,31,0,-70,0,35,0")
         (("urdf",), "<robot name="),
     ],
 )
-def test_commands_take_it(tmp_path, monkeypatch, capsys, words, said):
+def test_commands_take_it(tmp_path, monkeypatch, lwr_dyn_command, words, said):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "arm.xml").write_text(mjcf_text(lwr_dyn.load("lwr4plus")), encoding="utf-8")
-    with pytest.raises(SystemExit) as end:
-        main([words[0], "arm.xml", *words[1:]])
-    assert not end.value.code
-    assert said in capsys.readouterr().out
+    code, out, _ = lwr_dyn_command(words[0], "arm.xml", *words[1:])
+    assert not code
+    assert said in out
 
 
 GOOD = mjcf_text(lwr_dyn.load("lwr4plus"))
@@ -127,42 +126,24 @@ _HINGE = '<joint axis="0 1 0"/><geom size=".1" density="9" group="0"/>'
 TWO = f'<body name="other">{_HINGE}<body>{_HINGE}<body>{_HINGE}<body>{_HINGE}</body></body></body></body>'
 BAD = {
     "a URDF": ('<robot name="x"/>', "<robot>: a URDF; allowed: a name that ends in .urdf"),
-    "an SDF": (
-        "<sdf/>",
-        "MuJoCo refuses it: XML Error: Unrecognized XML model type: 'sdf'; allowed: an MJCF",
-    ),
+    "an SDF": ("<sdf/>", "MuJoCo refuses it: XML Error: Unrecognized XML model type: 'sdf'; allowed: an MJCF"),
     "no XML": ("<mujoco>", "MuJoCo refuses it: XML parse error"),
     "nothing": ("", "MuJoCo refuses it: "),
     "no joint": ("<mujoco><worldbody><body/></worldbody></mujoco>", "chain: no moving joint between root and tip"),
-    "nan": (
-        GOOD.replace('mass="2.7782"', 'mass="nan"', 1),
-        "MuJoCo refuses it: Error: mass and inertia of",
-    ),
-    "position": (
-        GOOD.replace('pos="0.0 0.0 0.0"', 'pos="nan 0.0 0.0"'),
-        "a number that is not finite",
-    ),
+    "nan": (GOOD.replace('mass="2.7782"', 'mass="nan"', 1), "MuJoCo refuses it: Error: mass and inertia of"),
+    "position": (GOOD.replace('pos="0.0 0.0 0.0"', 'pos="nan 0.0 0.0"'), "a number that is not finite"),
     "no mass": (GOOD.replace('mass="2.7782"', "", 1), "required attribute missing: 'mass'"),
-    "armature": (
-        GOOD.replace('armature="', 'armature="-', 1),
-        "joint 'joint_1' armature: -0.160325; allowed: a",
-    ),
+    "armature": (GOOD.replace('armature="', 'armature="-', 1), "joint 'joint_1' armature: -0.160325; allowed: a"),
     "ball": (
         GOOD.replace('"hinge" axis="0 0 1"', '"ball"', 3).replace(' range="-', ' user="-'),
         "type ball, in a chain of joints with one coordinate each; allowed: ",
     ),
     "range": (GOOD.replace('range="-2.9', 'range="12.9', 1), "joint 'joint_1' range: "),
     "joint twice": (GOOD.replace('name="joint_2"', 'name="joint_1"'), "repeated name 'joint_1' in joint"),
-    "two arms": (
-        GOOD.replace('<body name="base"', TWO + '<body name="base"'),
-        "the tree has 2 arms or legs",
-    ),
+    "two arms": (GOOD.replace('<body name="base"', TWO + '<body name="base"'), "the tree has 2 arms or legs"),
     "speed": (GOOD.replace("does not have: 1.9", "does not have: -1.9", 1), "header: speed limits by joint"),
     "name": (GOOD.replace('name="link_1"', 'name="a&#10;b"'), "the name 'a\\nb'; allowed: letters that can"),
-    "too many": (
-        GOOD.replace("<worldbody>", '<worldbody><replicate count="1e6"/>'),
-        "1e+06 copies; allowed: at most",
-    ),
+    "too many": (GOOD.replace("<worldbody>", '<worldbody><replicate count="1e6"/>'), "1e+06 copies; allowed: at most"),
 }
 
 
@@ -221,13 +202,14 @@ def test_a_site_is_a_tip(foreign):
 
 
 def test_gears_drives_and_losses_are_those_of_the_joint(foreign):
+    """Efforts: 50 x 2; none; 10 x 3 x 2 + 5; a servo."""
     arm = lwr_dyn.load(foreign)
     assert arm.armature.tolist() == [0.3] * 4
-    assert [x.viscous for x in arm.limits] == [0.7] * 4
-    assert [x.coulomb for x in arm.limits] == [0.2] * 4
-    assert [x.effort for x in arm.limits] == [100.0, None, 65.0, None]  # 50 x 2; none; 10 x 3 x 2 + 5; a servo
-    assert [x.lower for x in arm.limits] == [None, None, -1.0, None]
+    assert [(x.viscous, x.coulomb) for x in arm.limits] == [(0.7, 0.2)] * 4
+    assert [(x.effort, x.lower) for x in arm.limits] == [(100.0, None), (None, None), (65.0, -1.0), (None, None)]
     assert arm.chain.gravity.tolist() == [0.1, -0.2, -9.7]
+    assert arm.sources["off_centre.viscous"][0].cell == "//joint[@name='off_centre']/@damping"
+    assert arm.sources["wrist.mass"][0].cell == "//body[@name='wrist']"
 
 
 def test_what_an_arm_has_no_place_for_is_named(foreign):
@@ -239,6 +221,11 @@ def test_what_an_arm_has_no_place_for_is_named(foreign):
     notes = "\n".join(lwr_dyn.load(foreign).notes)
     assert "gravity compensation of bodies of the MJCF left out" in notes
     assert "fluid" not in notes
+    foreign.write_text(FOREIGN.replace(' density="1.2"/>', '><flag gravity="disable"/></option>'))
+    weightless = lwr_dyn.load(foreign)
+    assert not weightless.chain.gravity.any()
+    (foreign.parent / "classes.xml").write_text(CLASSES.replace("0.7", "0.8"))
+    assert lwr_dyn.load(foreign).digest != weightless.digest  # a change in an included file
 
 
 @pytest.mark.skipif(int(mujoco.__version__.split(".")[0]) < 4, reason="a motor has an armature from MuJoCo 4 on")
@@ -251,23 +238,6 @@ def test_an_armature_of_a_motor_counts_with_the_square_of_its_gear(tmp_path):
     assert arm.armature.tolist() == [50.1]
     assert differences(path, arm).max() < 1e-12
     assert arm.limits[0].viscous == pytest.approx(20.0)
-
-
-def test_no_gravity_is_read_as_none(foreign):
-    foreign.write_text(FOREIGN.replace(' density="1.2"/>', '><flag gravity="disable"/></option>'))
-    assert not lwr_dyn.load(foreign).chain.gravity.any()
-
-
-def test_a_change_in_an_included_file_changes_the_digest(foreign):
-    before = lwr_dyn.load(foreign).digest
-    (foreign.parent / "classes.xml").write_text(CLASSES.replace("0.7", "0.8"))
-    assert lwr_dyn.load(foreign).digest != before
-
-
-def test_every_number_of_it_has_a_source(foreign):
-    sources = lwr_dyn.load(foreign).sources
-    assert sources["off_centre.viscous"][0].cell == "//joint[@name='off_centre']/@damping"
-    assert sources["wrist.mass"][0].cell == "//body[@name='wrist']"
 
 
 def test_a_missing_mujoco_is_one_line(foreign, monkeypatch):

@@ -20,6 +20,14 @@ def robot(*joints, **links):
     return "".join(['<robot name="r">', *described, *joints, "</robot>"])
 
 
+HEAD = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+
+
+def xacro_file(folder, body):
+    """A xacro file with this in its robot."""
+    return written(folder, f"{HEAD}{body}</robot>", "x.urdf.xacro")
+
+
 def written(tmp_path, text, name="arm.urdf"):
     path = tmp_path / name
     path.write_text(text, encoding="utf-8")

@@ -1,5 +1,7 @@
 """The arm in a tree that branches: its tip, what is held, and the tips that are listed where there are several arms."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,6 @@ import lwr_dyn
 from lwr_dyn.arms.urdf.parse import parse_urdf
 from lwr_dyn.arms.urdf.reader import read_urdf
 from lwr_dyn.arms.urdf.tree import build_tree, obvious_tip, with_held_joints
-from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError, UrdfError
 from tests.arms.urdf.small_files import LIMIT, LINK, joint, robot, written
 
@@ -170,12 +171,10 @@ def test_an_unknown_tip_names_the_ends_of_arms_first(tmp_path):
     assert sorted(fault.value.known) == sorted(["base", *"abcdefghik", "tcp"])
 
 
-def test_commands_say_what_was_chosen_on_stderr(tmp_path, capsys):
+def test_commands_say_what_was_chosen_on_stderr(tmp_path, lwr_dyn_command):
     path, _ = tree_of(tmp_path, [*ARM, *FINGERS])
-    with pytest.raises(SystemExit) as end:
-        main(["fk", str(path), "--q", "0,0,0,0,0,0"])
-    assert not end.value.code
-    out, err = capsys.readouterr()
+    code, out, err = lwr_dyn_command("fk", str(path), "--q", "0,0,0,0,0,0")
+    assert not code
     assert "the arm ends" not in out
     assert err.splitlines() == [
         "note: the arm ends at f; another end: --tip LINK, such as left, right",
@@ -188,15 +187,14 @@ MACROS = f"""<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:
 <xacro:link name="base"/><xacro:link name="$(arg ends)"/>{joint("j", "base", "$(arg ends)")}</robot>"""
 
 
-def test_a_xacro_is_expanded_with_its_arguments(tmp_path, capsys):
+def test_a_xacro_is_expanded_with_its_arguments(tmp_path, lwr_dyn_command):
     path = written(tmp_path, MACROS, "arm.urdf.xacro")
     arm = lwr_dyn.load(path, xacro_args={"ends": "tip"})
     assert arm.chain.links[0].link == "tip"
     assert lwr_dyn.load(path).chain.links[0].link == "b"
-    with pytest.raises(SystemExit) as end:
-        main(["urdf", str(path), "--xacro-arg", "ends:=tool"])
-    assert not end.value.code
-    assert '<link name="tool">' in capsys.readouterr().out
+    code, out, _ = lwr_dyn_command("urdf", str(path), "--xacro-arg", "ends:=tool")
+    assert not code
+    assert '<link name="tool">' in out
     with pytest.raises(UrdfError, match="xacro"):
         lwr_dyn.load(written(tmp_path, MACROS.replace("${name}", "${nothing}"), "bad.xacro"))
 
@@ -212,25 +210,16 @@ def test_a_run_of_a_xacro_finds_its_arm_again(tmp_path):
         lwr_dyn.replay(lwr_dyn.Run.load(tmp_path / "x.npz"), tmp_path / "x.html")
 
 
-def test_arguments_without_a_xacro_or_without_a_name_are_refused(tmp_path, capsys):
+def test_arguments_without_a_xacro_or_without_a_name_are_refused(tmp_path, lwr_dyn_command):
     with pytest.raises(OptionError, match=r"xacro_args: given for lwr4plus; allowed: only with a \.xacro file"):
         lwr_dyn.load("lwr4plus", xacro_args={"a": "1"})
-    with pytest.raises(SystemExit) as end:
-        main(["urdf", "x.xacro", "--xacro-arg", "ends=tool"])
-    assert end.value.code == 2
-    assert "--xacro-arg: 'ends=tool'; allowed: NAME:=VALUE" in capsys.readouterr().err
+    for text in ("ends=tool", ":=tool"):
+        code, _, err = lwr_dyn_command("urdf", "x.xacro", "--xacro-arg", text)
+        assert code == 2
+        assert f"--xacro-arg: {text!r}; allowed: NAME:=VALUE" in err
 
 
 def test_without_the_package_one_line_says_how_to_install_it(tmp_path, monkeypatch):
-    import builtins
-
-    real = builtins.__import__
-
-    def without(name, *rest, **named):
-        if name.split(".")[0] == "xacro":
-            raise ModuleNotFoundError(name)
-        return real(name, *rest, **named)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setitem(sys.modules, "xacro", None)
     with pytest.raises(ImportError, match=r"xacro is not installed; install it with: pip install 'lwr_dyn\[urdf\]'"):
         lwr_dyn.load(written(tmp_path, MACROS, "arm.xacro"))

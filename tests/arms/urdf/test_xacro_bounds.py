@@ -9,8 +9,8 @@ import xacro
 
 from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.foundation.errors import UrdfError
+from tests.arms.urdf.small_files import HEAD, xacro_file
 
-HEAD = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 MANY = "<a/>" * 20000
 HUNGRY = {
     "arguments that double": "<xacro:arg name='a0' default='aaaaaaaa'/>"
@@ -48,9 +48,7 @@ def place(tmp_path):
 
 
 def expanded(place, body, **options):
-    path = place / "x.urdf.xacro"
-    path.write_text(f"{HEAD}{body}</robot>", encoding="utf-8")
-    return expand_xacro(path, **options)
+    return expand_xacro(xacro_file(place, body), **options)
 
 
 @pytest.mark.parametrize("kind", HUNGRY)

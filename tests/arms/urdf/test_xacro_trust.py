@@ -7,7 +7,7 @@ import xacro  # noqa: F401  its tests are skipped without it
 import lwr_dyn
 from lwr_dyn.arms.loading import arm_of
 from lwr_dyn.checks.urdf.lint import lint_file
-from lwr_dyn.foundation.errors import OptionError, UrdfError
+from lwr_dyn.foundation.errors import UrdfError
 from lwr_dyn.model.run import Run
 
 NEEDS_PYTHON = """<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -27,17 +27,11 @@ def file(tmp_path, monkeypatch):
     return "x.urdf.xacro"
 
 
-def test_load_runs_python_only_when_it_is_trusted(file):
+def test_load_and_lint_run_python_only_when_it_is_trusted(file):
     with pytest.raises(UrdfError, match=r"ListComp in an expression.*trust_xacro=True"):
         lwr_dyn.load(file)
     arm = lwr_dyn.load(file, trust_xacro=True)
-    assert arm.chain.bodies[0].mass == 4.0
-    assert arm.loaded_with["trust_xacro"] is True
-    with pytest.raises(OptionError, match=r"trust_xacro: given for lwr4plus; allowed: only with a \.xacro file"):
-        lwr_dyn.load("lwr4plus", trust_xacro=True)
-
-
-def test_lint_file_too(file):
+    assert (arm.chain.bodies[0].mass, arm.loaded_with["trust_xacro"]) == (4.0, True)
     assert [f.code for f in lint_file(file).findings] == ["xacro-refused"]
     assert "xacro-refused" not in [f.code for f in lint_file(file, trust_xacro=True).findings]
 
@@ -67,10 +61,8 @@ def test_a_folder_is_never_trusted(file, tmp_path, lwr_dyn_command):
 def test_a_run_does_not_say_what_to_trust(file):
     """A run file of a stranger may name a xacro beside it."""
     arm = lwr_dyn.load(file, trust_xacro=True)
-    run = lwr_dyn.simulate(
-        arm, lwr_dyn.controller("pd-gravity", arm), lwr_dyn.reference("hold", arm, q=np.zeros(1)), duration=0.01
-    )
-    run.save("run.npz")
+    hold = lwr_dyn.reference("hold", arm, q=np.zeros(1))
+    lwr_dyn.simulate(arm, lwr_dyn.controller("pd-gravity", arm), hold, duration=0.01).save("run.npz")
     kept = Run.load("run.npz")
     assert kept.meta["loaded_with"]["trust_xacro"] is True
     with pytest.raises(UrdfError, match="ListComp"):
