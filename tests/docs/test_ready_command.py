@@ -66,10 +66,7 @@ def make(arm, dynamics):
 
 @pytest.mark.parametrize(
     ("way", "code"),
-    [
-        ("os.kill(os.getpid(), signal.SIGKILL)", -signal.SIGKILL),
-        ("os.kill(os.getpid(), signal.SIGINT)", 130),
-    ],
+    [("os.kill(os.getpid(), signal.SIGKILL)", -signal.SIGKILL), ("os.kill(os.getpid(), signal.SIGINT)", 130)],
 )
 def test_it_ends_as_one_that_was_started(way, code, variables, tmp_path):
     """It also has processes of its own, which start as those of a command that was started."""

@@ -1,4 +1,4 @@
-"""Tests."""
+"""The closed form of S-R-S arms meets any pose on every branch; rates of a motion against its differences."""
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ from lwr_dyn.kinematics.srs import _ball_angles, arm_triangle, closed_form, foll
 from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.spatial import rot_y, rot_z
 from tests.kinematics.srs_arms import each_branch, fk, random_srs_arm
+from tests.random_arms import random_arm
 
 RESIDUAL = 1e-12
 """Largest entry of FK(q) - T."""
@@ -30,22 +31,22 @@ def test_every_branch_of_any_such_arm_at_any_arm_angle_meets_the_pose(seed):
     psi = rng.uniform(-np.pi, np.pi, len(T))
     q = closed_form(geometry, ranges, T, psi, signs)
     assert np.abs(fk(arm, q) - T).max() <= RESIDUAL
-    tilts = np.stack(
-        [q[:, 1] + geometry.first.offset, q[:, 3] - geometry.straight, q[:, 5] + geometry.last.offset], axis=1
-    )
+    tilts = q[:, [1, 3, 5]] + [geometry.first.offset, -geometry.straight, geometry.last.offset]
     assert (np.sign(np.sin(tilts)) == signs).all()
     assert (np.abs(q - ranges.middle) <= np.pi).all()
 
 
-def test_one_branch_and_arm_angle_give_back_the_positions_the_pose_came_from():
-    q = np.random.default_rng(3).uniform(LWR.lower, LWR.upper, (500, 7))
-    T = fk(LWR, q)
-    triangle = arm_triangle(G, T)
-    elbow = np.stack(list(link_frames(LWR.chain, q)))[2, :, :3, 3]
-    psi = np.arctan2(
-        np.einsum("ki,ki->k", elbow, np.cross(triangle.u, triangle.up)), np.einsum("ki,ki->k", elbow, triangle.up)
-    )
-    again = closed_form(G, RANGES, T, psi, np.sign(q[:, [1, 3, 5]]))
+@pytest.mark.parametrize("name", ["lwr4plus", "wam7"])
+def test_one_branch_and_arm_angle_give_back_the_positions_the_pose_came_from(name):
+    arm = lwr_dyn.load(name)
+    geometry, q = srs_geometry(arm.chain), np.random.default_rng(3).uniform(arm.lower, arm.upper, (500, 7))
+    triangle, axes = arm_triangle(geometry, fk(arm, q)), joint_axes(arm.chain, q)
+    z, to_axis = axes.z[:, 3], axes.p[:, 3] - geometry.shoulder
+    elbow = to_axis - z * (z * to_axis).sum(-1, keepdims=True)
+    across = np.cross(triangle.u, triangle.up)
+    psi = np.arctan2((elbow * across).sum(-1), (elbow * triangle.up).sum(-1))
+    tilts = q[:, [1, 3, 5]] + [geometry.first.offset, -geometry.straight, geometry.last.offset]
+    again = closed_form(geometry, joint_ranges(arm), fk(arm, q), psi, np.sign(np.sin(tilts)))
     # the elbow direction of a nearly straight arm is read off short lengths
     assert np.abs(wrap(again - q)).max() < 1e-9
 
@@ -61,23 +62,20 @@ def test_zero_of_the_arm_angle_is_the_elbow_above_the_line_from_shoulder_to_wris
         assert off @ square == pytest.approx(np.linalg.norm(off) * np.linalg.norm(square))
 
 
-@pytest.mark.parametrize("zero", [(1, 3, 5), (1,), (3,), (5,), (1, 3), (3, 5), (1, 5), range(7)])
-def test_aligned_joints_are_solved(zero):
+@pytest.mark.parametrize(
+    ("joints", "value"),
+    [
+        *((joints, 0.0) for joints in ((1, 3, 5), (1,), (3,), (5,), (1, 3), (3, 5), (1, 5), range(7))),
+        *(((1, 5), tilt) for tilt in (1e-5, 1e-8, 1e-11, 1e-14)),
+    ],
+)
+def test_aligned_and_nearly_aligned_joints_keep_the_residual(joints, value):
     q = np.random.default_rng(1).uniform(LWR.lower, LWR.upper, (50, 7))
-    q[:, list(zero)] = 0.0
+    q[:, list(joints)] = value
     T, signs = each_branch(fk(LWR, q))
-    for psi in (-2.0, 0.0, 1.0):
+    for psi in (-2.0, 0.0, 0.4):
         result = closed_form(G, RANGES, T, np.full(len(T), psi), signs)
         assert np.abs(fk(LWR, result) - T).max() <= RESIDUAL
-
-
-@pytest.mark.parametrize("tilt", [1e-5, 1e-8, 1e-11, 1e-14])
-def test_nearly_aligned_joints_keep_the_residual(tilt):
-    q = np.random.default_rng(1).uniform(LWR.lower, LWR.upper, (50, 7))
-    q[:, [1, 5]] = tilt
-    T, signs = each_branch(fk(LWR, q))
-    result = closed_form(G, RANGES, T, np.full(len(T), 0.4), signs)
-    assert np.abs(fk(LWR, result) - T).max() <= RESIDUAL
 
 
 @pytest.mark.parametrize("tilt", [0.0, np.pi])
@@ -219,19 +217,14 @@ def test_singular_arms_stand_still_or_are_refused(q, why):
 
 
 def test_bad_input_is_named():
-    T, v, a, psi, dpsi, ddpsi = lwr_motion()(np.linspace(0, 1, 4))
-    with pytest.raises(ShapeError, match="velocity"):
-        follow(LWR, BRANCHES[0], T, v[:3], a, psi, dpsi, ddpsi)
-    with pytest.raises(ShapeError, match="psi"):
-        follow(LWR, BRANCHES[0], T, v, a, psi[:, None], dpsi, ddpsi)
-    with pytest.raises(OptionError, match="seven-joint"):
-        follow(_six_joints(), BRANCHES[0], T, v, a, psi, dpsi, ddpsi)
-    T[2, :3, 3] *= 9
-    with pytest.raises(OutOfReachError, match="row = 2"):
-        follow(LWR, BRANCHES[0], T, v, a, psi, dpsi, ddpsi)
-
-
-def _six_joints():
-    from tests.random_arms import random_arm
-
-    return random_arm(2, "RRRRRR")
+    T, v, a, *psi = lwr_motion()(np.linspace(0, 1, 4))
+    far = T.copy()
+    far[2, :3, 3] *= 9
+    for arm, poses, speeds, angle, error, words in (
+        (LWR, T, v[:3], psi[0], ShapeError, "velocity"),
+        (LWR, T, v, psi[0][:, None], ShapeError, "psi"),
+        (random_arm(2, "RRRRRR"), T, v, psi[0], OptionError, "seven-joint"),
+        (LWR, far, v, psi[0], OutOfReachError, "row = 2"),
+    ):
+        with pytest.raises(error, match=words):
+            follow(arm, BRANCHES[0], poses, speeds, a, angle, *psi[1:])

@@ -142,12 +142,14 @@ def test_best_arm_angle_is_the_best_of_all(seed):
 
 
 @pytest.mark.slow
-def test_1000_random_poses_inside_the_limits_are_all_solved():
-    q = np.random.default_rng(7).uniform(LWR.lower, LWR.upper, (1000, 7))
-    T, signs = each_branch(fk(LWR, q))
-    geometry, ranges = srs_geometry(LWR.chain), joint_ranges(LWR)
+@pytest.mark.parametrize("name", ["lwr4plus", "wam7"])
+def test_1000_random_poses_inside_the_limits_are_all_solved(name):
+    arm = lwr_dyn.load(name)
+    q = np.random.default_rng(7).uniform(arm.lower, arm.upper, (1000, 7))
+    T, signs = each_branch(fk(arm, q))
+    geometry, ranges = srs_geometry(arm.chain), joint_ranges(arm)
     best = best_angles(margin_problem(geometry, ranges, T, signs))
     result = closed_form(geometry, ranges, T, best.psi, signs)
-    assert np.abs(fk(LWR, result) - T).max() <= RESIDUAL
-    inside = ((result >= LWR.lower) & (result <= LWR.upper)).all(axis=1).reshape(1000, 8)
+    assert np.abs(fk(arm, result) - T).max() <= RESIDUAL
+    inside = ((result >= arm.lower) & (result <= arm.upper)).all(axis=1).reshape(1000, 8)
     assert inside.any(axis=1).all()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import MissingPackageError, OptionError
+from lwr_dyn.foundation.errors import MissingPackageError
 from lwr_dyn.kinematics import srs_margins, srs_solver
 from lwr_dyn.kinematics.arm_geometry import require_srs
 from lwr_dyn.kinematics.closed_forms.arm_numbers import numbers_of_solutions, numbers_of_srs
@@ -126,11 +126,3 @@ def test_intervals_are_found_when_read_and_copies_are_plain():
     assert list(other) == list(theirs.arm_angle_intervals)
     assert [len(x) for x in other.values()] == [len(x) for x in theirs.arm_angle_intervals.values()]
     assert len(result.arm_angle_intervals) == 8
-
-
-def test_an_arm_angle_that_is_none_is_refused():
-    arm = lwr_dyn.load("lwr4plus")
-    T = poses(arm, 1)[1][0]
-    for wrong in (np.nan, np.inf):
-        with pytest.raises(OptionError, match="arm_angle"):
-            inverse_kinematics(arm, T, arm_angle=wrong)

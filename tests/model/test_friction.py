@@ -1,6 +1,5 @@
 """Friction models: levels, signs, directions, what is refused; the smooth form against the exact one."""
 
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.kinematics import solution
 from lwr_dyn.kinematics.closed_forms import runners
 from lwr_dyn.kinematics.closed_forms.lazy_solutions import LazySolutions
@@ -137,24 +136,6 @@ def test_without_llvm_the_same_solutions(monkeypatch):
     for a, b in zip(found, wanted, strict=True):
         assert facts(a) == facts(b)
         assert np.array_equal([s.q for s in a.solutions], [s.q for s in b.solutions])
-
-
-def test_poses_in_other_forms_are_taken_and_others_refused():
-    arm = lwr_dyn.load("ur5e")
-    T = lwr_dyn.forward_kinematics(arm, [0.1, -1.0, 1.2, 0.3, 0.4, 0.5])
-    wanted = [s.q.tolist() for s in inverse_kinematics(arm, T).solutions]
-    for same_pose in (T.tolist(), np.asfortranarray(T), np.stack([T, T], axis=-1)[..., 0]):
-        assert [s.q.tolist() for s in inverse_kinematics(arm, same_pose).solutions] == wanted
-    with pytest.raises(ShapeError):
-        inverse_kinematics(arm, T[:3])
-    with pytest.raises(OptionError, match="last row"):
-        inverse_kinematics(arm, T + 1.0)
-    with pytest.raises(OptionError, match="mirror"):
-        inverse_kinematics(arm, T @ np.diag([1.0, 1.0, -1.0, 1.0]))
-    with pytest.raises(ShapeError):
-        inverse_kinematics(arm, np.full((4, 4), np.nan))
-    with pytest.raises(OptionError, match="arm_angle"):
-        inverse_kinematics(arm, T, arm_angle=0.0)
 
 
 def test_an_arm_that_is_only_nearly_exact_has_none():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import MissingPackageError
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.six_joints.snapped_arms import snapped_arm, solve_snapped, three_parallel_closed_form
 from lwr_dyn.kinematics.six_joints.spherical_wrist import NEAR_SINGULAR, SixJointBranches
@@ -149,22 +149,16 @@ def test_only_confirmed_solutions_are_kept_each_once_with_its_whole_turns(stand_
     result = inverse_kinematics(ARM, T, solver="eaik")
     assert (result.status, result.complete, len(result.solutions)) == ("solved", False, 2**6)
     assert all(np.abs(wrap(s.q - Q)).max() < 1e-12 for s in result.solutions)
-
-
-def test_a_list_without_a_confirmed_solution_is_not_a_solution(stand_in):
     stand_in.listed = (Q + 1e-3,)
     assert inverse_kinematics(ARM, T, solver="eaik").status == "out of reach"
 
 
-def test_arms_that_eaik_does_not_solve_are_refused(stand_in):
-    with pytest.raises(lwr_dyn.foundation.errors.OptionError, match="solver eaik: lwr4plus"):
+def test_arms_that_eaik_does_not_solve_are_refused_and_without_it_the_extra_is_named(stand_in, monkeypatch):
+    with pytest.raises(OptionError, match="solver eaik: lwr4plus"):
         inverse_kinematics(lwr_dyn.load("lwr4plus"), np.eye(4), solver="eaik")
     stand_in.decomposes = False
-    with pytest.raises(lwr_dyn.foundation.errors.OptionError, match="solver eaik: ur10e"):
+    with pytest.raises(OptionError, match="solver eaik: ur10e"):
         inverse_kinematics(ARM, T, solver="eaik")
-
-
-def test_without_eaik_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "eaik.IK_HP", None)
     with pytest.raises(MissingPackageError, match=r"pip install 'lwr_dyn\[eaik\]'"):
         inverse_kinematics(ARM, T, solver="eaik")
