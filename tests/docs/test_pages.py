@@ -34,22 +34,13 @@ def test_a_page_does_what_it_shows(page, tmp_path):
     run_page(page.read_text(encoding="utf-8"), folder, page=name(page))
 
 
-def test_few_blocks_are_not_run():
-    reasons = [
-        (name(page), block.reason)
-        for page in PAGES
-        for block in blocks(page.read_text(encoding="utf-8"))
-        if block.reason is not None
-    ]
+def test_few_blocks_are_not_run_and_none_advises_an_encoding_that_loses_bytes():
+    every = [(name(page), block) for page in PAGES for block in blocks(page.read_text(encoding="utf-8"))]
+    reasons = [(page, block.reason) for page, block in every if block.reason is not None]
     assert len(reasons) <= NOT_RUN, reasons
-
-
-def test_no_page_advises_an_encoding_that_loses_bytes():
-    """A default that an extension of VS Code brings comes after the file was opened as UTF-8."""
-    for page in PAGES:
-        for block in blocks(page.read_text(encoding="utf-8")):
-            text = "\n".join(block.lines)
-            assert not ("configurationDefaults" in text and "files.encoding" in text), f"{name(page)}:{block.line}"
+    for page, block in every:  # a default that an extension of VS Code brings comes after the file was opened as UTF-8
+        text = "\n".join(block.lines)
+        assert not ("configurationDefaults" in text and "files.encoding" in text), f"{page}:{block.line}"
 
 
 def unknown_options(text: str) -> list[str]:
@@ -73,6 +64,5 @@ def test_every_option_that_a_page_names_is_there(page):
 
 
 def test_an_option_that_is_not_there_is_seen():
-    assert unknown_options("`lwr-dyn check x --html y`, `lwr-dyn krl run a.src --out b`") == [
-        "--html of check x --html y"
-    ]
+    text = "`lwr-dyn check x --html y`, `lwr-dyn krl run a.src --out b`"
+    assert unknown_options(text) == ["--html of check x --html y"]

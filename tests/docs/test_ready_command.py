@@ -20,13 +20,9 @@ def variables(tmp_path_factory):
 
 def answer(script, variables, folder, **more):
     """Output, errors and exit code of a script."""
+    words = ["bash", "-o", "pipefail", "-c", script]
     done = subprocess.run(
-        ["bash", "-o", "pipefail", "-c", script],
-        env=variables | more,
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        stdin=subprocess.DEVNULL,
+        words, env=variables | more, cwd=folder, capture_output=True, text=True, stdin=subprocess.DEVNULL
     )
     return done.stdout, done.stderr, done.returncode
 

@@ -16,14 +16,9 @@ pytestmark = pytest.mark.slow
 MEGABYTE = 1_000_000
 LOCAL = ("file:", "data:", "blob:", "about:")
 JUDGED = [
-    "index.html",
-    "gallery.html",
-    "reference/command_line.html",
-    "reference/python.html",
-    "notebooks/puma560.html",
-    "explanation/two_roads.html",
-    "search.html",
-]
+    "index.html", "gallery.html", "reference/command_line.html", "reference/python.html", "notebooks/puma560.html",
+    "explanation/two_roads.html", "search.html",
+]  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -106,13 +107,8 @@ def test_without_llvm_numpy_does_it(monkeypatch):
     def missing(name):
         raise MissingPackageError("llvmlite", "batch")
 
-    arm = lwr_dyn.load("lwr4")
-    monkeypatch.setattr(srs_solver, "RUNNERS", type("None", (), {"load": staticmethod(missing)}))
-    srs_solver.ready.cache_clear()
-    try:
-        assert srs_solver.ready(arm) is None
-    finally:
-        srs_solver.ready.cache_clear()
+    monkeypatch.setattr(srs_solver, "RUNNERS", SimpleNamespace(load=missing))
+    assert srs_solver.ready.__wrapped__(lwr_dyn.load("lwr4")) is None
 
 
 def test_intervals_are_found_when_read_and_copies_are_plain():

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.friction import Direction, JointFriction
-from lwr_dyn.model.passivity import SideCurve, certificate, feeds_energy, passive_refit
+from lwr_dyn.model.passivity import Refit, SideCurve, certificate, feeds_energy, passive_refit
 from tests.examples import examples
 
 NOTHING = 1e-14
@@ -78,19 +78,16 @@ def test_the_certificate_agrees_with_a_fine_grid_of_speeds(model):
         assert (power[inside] <= noise[inside]).all()
 
 
-def test_a_dip_between_two_speeds_is_found_with_both_ends():
-    # exp(-(v/0.1)^2) + 0.1 v - 0.1: above zero at rest, below in between, above again from 1 on
+def test_ranges_of_speeds_have_both_ends():
+    """A dip: exp(-(v/0.1)^2) + 0.1 v - 0.1, above zero at rest, below in between, above again from 1 on."""
     model = JointFriction(Direction(0.0, 0.1, 1.0, 0.1), Direction(1.0, 0.0), offset=-0.1)
     (up, down) = certificate([model])
     assert 0.1 < up.from_speed < 0.2
     assert up.to_speed == pytest.approx(1.0)
     curve = SideCurve.of(model, "positive")
-    assert abs(curve.at(up.from_speed)) < 1e-15
-    assert abs(curve.at(up.to_speed)) < 1e-15
+    assert max(abs(curve.at(v)) for v in (up.from_speed, up.to_speed)) < 1e-15
     assert down.passive
-
-
-def test_an_offset_beyond_coulomb_drives_from_rest():
+    # an offset beyond Coulomb drives from rest
     (up, down) = certificate([JointFriction(Direction(1.0, 0.5), Direction(1.0, 0.5), offset=-2.0)])
     assert (up.from_speed, up.to_speed) == (0.0, pytest.approx(2.0))
     assert down.passive
@@ -129,12 +126,9 @@ def test_the_refit_is_passive_and_no_passive_level_and_slope_are_nearer(model, t
         assert change.rms <= np.sqrt(best) * 1.01 + 1e-3  # the grid's own error
 
 
-def test_what_is_passive_is_left_alone():
+def test_the_refit_of_the_wam_and_its_cost_and_what_is_passive_is_left_alone():
     models = (None, JointFriction(Direction(1.0, 0.2), Direction(0.5, 0.0), offset=0.1))
-    assert passive_refit(models) == type(passive_refit(models))(models, ())
-
-
-def test_the_refit_of_the_wam_and_its_cost():
+    assert passive_refit(models) == Refit(models, ())
     refit = passive_refit(wam())
     costs = {(c.joint + 1, c.side): c.rms for c in refit.changes}
     slopes = {(2, "negative"): 2.3951, (4, "positive"): 2.7045, (4, "negative"): 1.0969, (5, "positive"): 0.1972}
@@ -153,14 +147,11 @@ def test_static_keeps_its_distance_and_the_offset_is_kept_where_it_can_be():
     assert (after.negative.coulomb, after.offset) == (pytest.approx(1.0), 0.2)
 
 
-@pytest.mark.parametrize("speed", [0.0, -1.0, np.nan, np.inf])
-def test_a_speed_that_is_none_is_refused(speed):
-    with pytest.raises(OptionError, match=r"speed: .*; allowed: a number above 0"):
-        passive_refit(wam(), speed)
-
-
-def test_a_joint_that_does_not_know_its_range_needs_a_speed():
-    blind = JointFriction(Direction(1.0, -1.0), Direction(1.0, 0.0))
-    with pytest.raises(OptionError, match="speed: not given, and joint 2 does not say up to where it was measured"):
-        passive_refit([None, blind])
-    assert passive_refit([None, blind], 0.5).changes[0].speed == 0.5
+def test_a_speed_that_is_none_is_refused_and_a_joint_that_does_not_know_its_range_needs_one():
+    blind = [None, JointFriction(Direction(1.0, -1.0), Direction(1.0, 0.0))]
+    absent = "speed: not given, and joint 2 does not say up to where it was measured"
+    wrong = r"speed: .*; allowed: a number above 0"
+    for models, speed, words in ((blind, None, absent), *((wam(), x, wrong) for x in (0.0, -1.0, np.nan, np.inf))):
+        with pytest.raises(OptionError, match=words):
+            passive_refit(models, speed)
+    assert passive_refit(blind, 0.5).changes[0].speed == 0.5

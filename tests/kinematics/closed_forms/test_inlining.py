@@ -35,16 +35,13 @@ def made(body, arguments="double x, double y"):
     return names["f"], written[written.index("def f(") :], inlined(text)
 
 
-def test_calls_are_gone_and_numbers_the_same():
+def test_calls_are_gone_numbers_the_same_and_arrays_given_by_their_names():
     f, written, text = made("return larger(x + 1.0, rest(y * y)) + larger(x, y);")
     assert "larger" not in written
     assert "rest" not in written
     assert f(0.5, 4.0) == max(1.5, 1.0) + 4.0
     assert [each.name for each in text.functions] == ["larger", "rest", "first", "f"]
     assert written.count("* y") == 1  # an argument is worked out once
-
-
-def test_arrays_are_given_by_their_names():
     f, written, _ = made("return first(v, 1) + first(v, 0);", "const double *v")
     assert "first" not in written
     assert f([1.0, 5.0, 2.0]) == 10.0

@@ -6,6 +6,7 @@ KUKA, ABB, Staubli, Doosan, UFACTORY, Kinova, Unitree: lengths of the makers' dr
 
 import numpy as np
 
+import lwr_dyn
 from lwr_dyn.kinematics.inverse import inverse_kinematics, search
 from lwr_dyn.kinematics.solution import wrap
 from lwr_dyn.model.arm import Arm, JointLimits
@@ -74,3 +75,14 @@ def against_search(arm, T, starts=300, seed=1, apart=1e-4):
     nearest = gaps.min(axis=0, initial=np.inf)
     shared = nearest < apart
     return len(found), int(shared.sum()), int((~shared).sum()), float(nearest[shared].max(initial=0.0))
+
+
+def assert_recovered(arm, result, q, clear_of, within, shown):
+    """Where clear of singularities, a share above `shown`, q is a branch to `within`; each branch gives its pose."""
+    gap = np.abs(wrap(result.q - q[:, None])).max(axis=2)
+    gap = np.where(np.isnan(gap), np.inf, gap)
+    clear = (result.clearance[np.arange(len(q)), gap.argmin(axis=1)] >= clear_of).all(axis=1)
+    assert clear.mean() > shown
+    assert gap.min(axis=1)[clear].max() < within
+    back, T = (lwr_dyn.forward_kinematics(arm, x) for x in (np.nan_to_num(result.q), q))
+    assert np.abs(back - T[:, None])[result.reachable].max() < 1e-9

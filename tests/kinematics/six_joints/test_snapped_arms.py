@@ -12,7 +12,7 @@ from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.six_joints.snapped_arms import snapped_arm, solve_snapped, three_parallel_closed_form
 from lwr_dyn.kinematics.six_joints.spherical_wrist import NEAR_SINGULAR, SixJointBranches
 from lwr_dyn.kinematics.solution import PoseProblem, joint_ranges, wrap
-from tests.kinematics.six_joints.six_joint_arms import PARALLEL, TABLES, against_search, six_joint_arm
+from tests.kinematics.six_joints.six_joint_arms import PARALLEL, TABLES, against_search, assert_recovered, six_joint_arm
 
 SOLVED = 1e-11
 """[m and dimensionless] The polish stops here."""
@@ -187,14 +187,7 @@ def test_q_is_among_the_branches_and_each_branch_gives_the_pose(name):
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (2000, 6))
     T = lwr_dyn.forward_kinematics(arm, q)
     result = three_parallel_closed_form(snapped_arm(arm.chain, 4).geometry, joint_ranges(arm), T)
-    gap = np.abs(wrap(result.q - q[:, None])).max(axis=2)
-    gap = np.where(np.isnan(gap), np.inf, gap)
-    nearest = gap.argmin(axis=1)
-    clear = (result.clearance[np.arange(len(q)), nearest] >= 1e-3).all(axis=1)
-    assert clear.mean() > 0.9
-    assert gap.min(axis=1)[clear].max() < FOUND
-    back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(result.q))
-    assert np.abs(back - T[:, None])[result.reachable].max() < POSE
+    assert_recovered(arm, result, q, 1e-3, FOUND, 0.9)
 
 
 @pytest.mark.slow

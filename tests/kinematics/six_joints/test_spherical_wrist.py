@@ -10,6 +10,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.six_joints import spherical_wrist
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
+from tests.kinematics.six_joints.six_joint_arms import assert_recovered
 from tests.random_arms import random_arm
 
 FOUND = 1e-9
@@ -31,26 +32,13 @@ def random_q(arm, k, seed=0):
     return np.random.default_rng(seed).uniform(arm.lower, arm.upper, (k, arm.n))
 
 
-def distance_to(result, q):
-    """(k,) largest joint difference to the nearest branch, and which branch that is."""
-    gap = np.abs(wrap(result.q - q[:, None])).max(axis=2)
-    gap = np.where(np.isnan(gap), np.inf, gap)
-    return gap.min(axis=1), gap.argmin(axis=1)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("reading", ["kuka", "printed"])
 def test_q_is_among_the_branches_and_each_branch_gives_the_pose(reading):
     arm = lwr_dyn.load("kr30ha", reading)
     q = random_q(arm, 100_000)
-    T = lwr_dyn.forward_kinematics(arm, q)
-    result = spherical_wrist.all_branches(arm, T)
-    gap, nearest = distance_to(result, q)
-    clear = (result.clearance[np.arange(len(q)), nearest] >= spherical_wrist.NEAR_SINGULAR).all(axis=1)
-    assert clear.sum() > 99_900
-    assert gap[clear].max() < FOUND
-    back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(result.q))
-    assert np.abs(back - T[:, None])[result.reachable].max() < POSE
+    result = spherical_wrist.all_branches(arm, lwr_dyn.forward_kinematics(arm, q))
+    assert_recovered(arm, result, q, spherical_wrist.NEAR_SINGULAR, FOUND, 0.999)
 
 
 def near(which, distance):
@@ -85,7 +73,7 @@ def test_eight_branches_of_a_pose_differ_and_are_labelled(kr30):
     for i, j in product(range(8), repeat=2):
         assert i == j or np.abs(wrap(result.q[0, i] - result.q[0, j])).max() > 1e-3
     assert [b.label for b in BRANCHES][:2] == ["+++", "++-"]
-    assert BRANCHES[distance_to(result, q[None])[1][0]].shoulder == 1
+    assert BRANCHES[np.abs(wrap(result.q[0] - q)).max(axis=1).argmin()].shoulder == 1
 
 
 def test_every_whole_turn_inside_the_ranges_is_listed_and_none_twice(kr30):
@@ -159,12 +147,7 @@ def test_other_arms_of_the_kind_are_solved_too(tmp_path, name):
     q = random_q(arm, 2000)
     T = lwr_dyn.forward_kinematics(arm, q)
     result = spherical_wrist.closed_form(spherical_wrist.require_wrist_arm(arm), joint_ranges(arm), T)
-    gap, nearest = distance_to(result, q)
-    clear = (result.clearance[np.arange(len(q)), nearest] >= 1e-3).all(axis=1)
-    assert clear.mean() > 0.9
-    assert gap[clear].max() < FOUND
-    back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(result.q))
-    assert np.abs(back - T[:, None])[result.reachable].max() < POSE
+    assert_recovered(arm, result, q, 1e-3, FOUND, 0.9)
 
 
 def test_constants_of_the_kr30_are_those_of_its_table():
