@@ -22,39 +22,32 @@ MOST = np.array([0.428, 0.328, 0.207, 0.146, 0.070, 0.031, 0.007])
 """Shares of the total, base to link 6: what a newer KR 30 and a uniform reading of a public mesh lie between."""
 
 
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
+ARM, PAPER = lwr_dyn.load("kr30ha"), open_paper("kr30ha")
 
 
-@pytest.fixture(scope="module")
-def paper():
-    return open_paper("kr30ha")
-
-
-def test_the_numbers_in_the_file_are_those_of_the_method(paper):
-    total = paper.columns["ratings.mass"].values[0]
-    _, *bodies = solid_bodies(paper.solids, total).values()
+def test_the_numbers_in_the_file_are_those_of_the_method():
+    total = PAPER.columns["ratings.mass"].values[0]
+    _, *bodies = solid_bodies(PAPER.solids, total).values()
     masses = [round(body.mass, MASS_DIGITS) for body in bodies]
-    assert paper.columns["base.mass"].values[0] == round(total - sum(masses), MASS_DIGITS)  # what rounding leaves
-    assert paper.columns["inertial.mass"].values == tuple(masses)
+    assert PAPER.columns["base.mass"].values[0] == round(total - sum(masses), MASS_DIGITS)  # what rounding leaves
+    assert PAPER.columns["inertial.mass"].values == tuple(masses)
     for i, body in enumerate(bodies):
-        assert paper.columns["inertial.com"].values[i] == tuple(np.round(body.com, COM_DIGITS))
-        assert np.array_equal(paper.columns["inertial.inertia"].si()[i], np.round(body.inertia_com, INERTIA_DIGITS))
+        assert PAPER.columns["inertial.com"].values[i] == tuple(np.round(body.com, COM_DIGITS))
+        assert np.array_equal(PAPER.columns["inertial.inertia"].si()[i], np.round(body.inertia_com, INERTIA_DIGITS))
 
 
-def test_the_total_is_the_data_sheets_and_every_share_is_plausible(arm):
-    masses = np.array([arm.ratings.base_mass, *(body.mass for body in arm.chain.bodies)])
+def test_the_total_is_the_data_sheets_and_every_share_is_plausible():
+    masses = np.array([ARM.ratings.base_mass, *(body.mass for body in ARM.chain.bodies)])
     assert masses.sum() == pytest.approx(665.0, abs=1e-9)
     assert ((masses / 665.0 >= LEAST) & (masses / 665.0 <= MOST)).all()
 
 
-def test_every_tensor_belongs_to_a_body_and_is_its_own_mirror_image(arm):
+def test_every_tensor_belongs_to_a_body_and_is_its_own_mirror_image():
     # the arm's plane at A = 0 is y = 0 in the base: what is odd in y must vanish
     frames = [np.eye(4)]
-    for link in arm.chain.links:
+    for link in ARM.chain.links:
         frames.append(frames[-1] @ link.pose(0.0).matrix())
-    for body, frame in zip(arm.chain.bodies, frames[1:], strict=True):
+    for body, frame in zip(ARM.chain.bodies, frames[1:], strict=True):
         low, middle, high = principal_moments(body.inertia_com)
         assert low > 0.0
         assert low + middle > high
@@ -71,37 +64,33 @@ def test_a_cylinder_is_the_textbooks():
     assert np.diag(body.inertia_com) == pytest.approx([mass * (0.12 + 1) / 12] * 2 + [mass * 0.02])
 
 
-def test_estimates_are_marked_down_into_the_urdf(arm):
-    text = lwr_dyn.urdf_text(arm)
+def test_estimates_are_marked_down_into_the_urdf():
+    text = lwr_dyn.urdf_text(ARM)
     assert "estimated, not measured: mass of link_1, link_2" in text
     assert "estimated, not measured" not in lwr_dyn.urdf_text(lwr_dyn.load("lwr4plus"))
-    assert '"kind": "estimated"' in provenance_text(arm)
+    assert '"kind": "estimated"' in provenance_text(ARM)
     assert "A1 effort" in text.split("unknown, written as stand-ins: ")[1].splitlines()[0]
 
 
-def test_numbers_of_the_data_sheet(arm):
-    assert arm.joint_names == ("A1", "A2", "A3", "A4", "A5", "A6")
-    assert np.degrees(arm.mastering) == pytest.approx([0, -90, 90, 0, 0, 0])
-    assert (arm.ratings.payload, arm.ratings.reach, arm.ratings.envelope_volume) == (30.0, 2.033, 27.24)
-    assert np.degrees(arm.velocity) == pytest.approx([140, 126, 140, 260, 245, 322])
-    assert np.isinf(arm.effort).all()
+def test_numbers_and_the_drawing_are_those_of_the_data_sheet():
+    assert ARM.joint_names == ("A1", "A2", "A3", "A4", "A5", "A6")
+    assert np.degrees(ARM.mastering) == pytest.approx([0, -90, 90, 0, 0, 0])
+    assert (ARM.ratings.payload, ARM.ratings.reach, ARM.ratings.envelope_volume) == (30.0, 2.033, 27.24)
+    assert np.degrees(ARM.velocity) == pytest.approx([140, 126, 140, 260, 245, 322])
+    assert np.isinf(ARM.effort).all()
+    assert {c.link for c in ARM.drawing.cylinders} == {"base", *(f"link_{i}" for i in range(1, 7))}
+    flange = next(c for c in ARM.drawing.cylinders if c.link == "link_6")
+    assert np.allclose(flange.end, ARM.flange().position)
 
 
-def test_the_rated_payload_is_carried_and_more_is_warned_of(arm):
-    heavy = arm_with_payload(arm, 30.0, (0, 0, 0.1))
-    assert heavy.chain.bodies[5].mass == pytest.approx(arm.chain.bodies[5].mass + 30.0)
-    g = lwr_dyn.dynamics_of(heavy).gravity_vector(np.zeros(6)) - lwr_dyn.dynamics_of(arm).gravity_vector(np.zeros(6))
+def test_the_rated_payload_is_carried_and_more_is_warned_of():
+    heavy = arm_with_payload(ARM, 30.0, (0, 0, 0.1))
+    assert heavy.chain.bodies[5].mass == pytest.approx(ARM.chain.bodies[5].mass + 30.0)
+    g = lwr_dyn.dynamics_of(heavy).gravity_vector(np.zeros(6)) - lwr_dyn.dynamics_of(ARM).gravity_vector(np.zeros(6))
     assert g[1] == pytest.approx(-30.0 * 9.81 * (2.19 + 0.1 - 0.35))
-    assert np.abs(with_payload(arm.chain, 30.0).bodies[5].com).max() < 0.01
+    assert np.abs(with_payload(ARM.chain, 30.0).bodies[5].com).max() < 0.01
     with pytest.warns(RatingWarning, match="kr30ha: a payload of 31 kg is over the rated 30 kg"):
-        arm_with_payload(arm, 31.0)
-
-
-def test_the_drawing_stands_where_the_links_are(arm):
-    arms = {c.link for c in arm.drawing.cylinders}
-    assert arms == {"base", *(f"link_{i}" for i in range(1, 7))}
-    flange = next(c for c in arm.drawing.cylinders if c.link == "link_6")
-    assert np.allclose(flange.end, arm.flange().position)
+        arm_with_payload(ARM, 31.0)
 
 
 @pytest.mark.parametrize(
