@@ -15,6 +15,7 @@ from lwr_dyn.arms.export.mjcf_reader import read_mjcf
 from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, MissingPackageError, UnknownNameError, UrdfError
 from lwr_dyn.model.arm import JointLimits
 from tests.arms.export.beside_mujoco import differences
+from tests.arms.urdf.small_files import written
 from tests.hostile.changes import changed
 from tests.random_arms import random_arm
 
@@ -24,9 +25,7 @@ MOUNT = {"on": "ceiling", "xyz": [0.1, 0.2, 0.3], "rpy_deg": [10, 20, 30]}
 
 
 def again(folder, arm):
-    path = folder / "arm.xml"
-    path.write_text(mjcf_text(arm), encoding="utf-8")
-    return lwr_dyn.load(path)
+    return lwr_dyn.load(written(folder, mjcf_text(arm), "arm.xml"))
 
 
 def assert_same(arm, read):
@@ -53,24 +52,20 @@ def test_every_robot_reads_back_as_the_same_arm(tmp_path, robot, reading):
     assert again(tmp_path, read).limits == read.limits
 
 
-@pytest.mark.parametrize("robot", ["kr30ha", "lwr4plus"])
-def test_a_mount_and_a_tool_are_part_of_the_ends(tmp_path, robot):
-    arm = lwr_dyn.load(robot, mount=MOUNT, tool=TOOL)
-    assert_same(arm, again(tmp_path, arm))
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_arms_of_any_shape_read_back(tmp_path, seed):
-    arm = random_arm(seed)
-    limits = JointLimits(-1.25, 2.5, None if seed % 2 else 3.1, None if seed % 3 else 40.0, 0.3, 0.7)
-    arm = replace(arm, limits=(limits, *(JointLimits(),) * (arm.n - 1)))
+@pytest.mark.parametrize("case", ["kr30ha", "lwr4plus", *range(12)])
+def test_arms_of_any_shape_mounted_ones_with_a_tool_too_read_back(tmp_path, case):
+    if isinstance(case, str):
+        arm = lwr_dyn.load(case, mount=MOUNT, tool=TOOL)
+    else:
+        limits = JointLimits(-1.25, 2.5, None if case % 2 else 3.1, None if case % 3 else 40.0, 0.3, 0.7)
+        arm = random_arm(case)
+        arm = replace(arm, limits=(limits, *(JointLimits(),) * (arm.n - 1)))
     assert_same(arm, again(tmp_path, arm))
 
 
 def test_options_of_loading_act_as_on_any_arm(tmp_path):
     arm = lwr_dyn.load("lwr4plus")
-    path = tmp_path / "arm.xml"
-    path.write_text(mjcf_text(arm), encoding="utf-8")
+    path = written(tmp_path, mjcf_text(arm), "arm.xml")
     q = np.full(6, 0.3)
     locked, same = (lwr_dyn.load(x, lock={"joint_3": 0.2}, tool=TOOL) for x in (path, "lwr4plus"))
     assert np.abs(lwr_dyn.forward_kinematics(locked, q) - lwr_dyn.forward_kinematics(same, q)).max() < 1e-12
@@ -150,10 +145,8 @@ BAD = {
 @pytest.mark.parametrize("case", BAD)
 def test_what_is_not_ours_or_wrong_is_one_line(tmp_path, case):
     text, words = BAD[case]
-    path = tmp_path / "x.xml"
-    path.write_text(text, encoding="utf-8")
     with pytest.raises(UrdfError) as fault:
-        lwr_dyn.load(path)
+        lwr_dyn.load(written(tmp_path, text, "x.xml"))
     assert str(fault.value).startswith("x.xml: ")
     assert words in str(fault.value)
     assert "\n" not in str(fault.value)
@@ -161,8 +154,7 @@ def test_what_is_not_ours_or_wrong_is_one_line(tmp_path, case):
 
 def test_a_header_without_speeds_leaves_them_unknown(tmp_path):
     text = "\n".join(line for line in GOOD.splitlines() if "speed limits" not in line)
-    (tmp_path / "arm.xml").write_text(text, encoding="utf-8")
-    assert np.isinf(read_mjcf(tmp_path / "arm.xml").velocity).all()
+    assert np.isinf(read_mjcf(written(tmp_path, text, "arm.xml")).velocity).all()
 
 
 TREE = Path("tests/hostile/good/tree.xml").read_text(encoding="utf-8")

@@ -116,32 +116,21 @@ def test_a_lock_in_the_chain_is_the_locked_chain(tmp_path):
 
 
 def test_a_moving_branch_is_held_at_a_lock_or_at_0_and_counts(tmp_path):
-    text = robot(joint("j", "a", "b"), joint("tool", "b", "t", "fixed", ""), joint("finger", "b", "f", "prismatic"),
-                 joint("nail", "f", "n"), a="", b=LINK, t="", f=LINK, n=LINK)  # fmt: skip
-    path = written(tmp_path, text)
-    held = read_urdf(path, tip="t")
-    assert held.notes == ("held: finger at 0, nail at 0; other values: --lock JOINT=VALUE",)
-    assert same_dynamics(held, read_urdf(path, tip="t", lock={"finger": 0.0, "nail": 0.0}))
-    locked = read_urdf(path, tip="t", lock={"finger": 0.5, "nail": 0.0})
-    assert (locked.notes, locked.chain.links[0].body.mass) == ((), 6.0)
-    assert not same_dynamics(held, locked)
-
-
-def test_what_hangs_on_the_root_is_left_out(tmp_path):
-    text = robot(joint("j", "a", "b"), joint("other", "a", "c"), a=LINK, b=LINK, c=LINK)
-    arm = read_urdf(written(tmp_path, text), tip="b")
-    assert arm.joint_names == ("j",)
-    assert arm.chain.links[0].body.mass == 2.0
-
-
-def test_a_mimic_follows_the_joint_it_mimics(tmp_path):
+    """A mimic follows the joint that it mimics; what hangs on the root is left out."""
     mimic = LIMIT + '<mimic joint="finger" multiplier="-2" offset="0.1"/>'
-    fingers = joint("finger", "b", "f", "prismatic"), joint("twin", "b", "g", "prismatic", mimic)
-    text = robot(joint("j", "a", "b"), *fingers, a="", b=LINK, f=LINK, g=LINK)
+    text = robot(joint("j", "a", "b"), joint("tool", "b", "t", "fixed", ""), joint("finger", "b", "f", "prismatic"),
+                 joint("nail", "f", "n"), joint("twin", "b", "g", "prismatic", mimic), joint("other", "a", "c"),
+                 a=LINK, b=LINK, t="", f=LINK, n=LINK, g=LINK, c=LINK)  # fmt: skip
     path = written(tmp_path, text)
-    follows = read_urdf(path, tip="b", lock={"finger": 0.3})
-    assert same_dynamics(follows, read_urdf(path, tip="b", lock={"finger": 0.3, "twin": -0.5}))
-    assert not same_dynamics(follows, read_urdf(path, tip="b", lock={"finger": 0.3, "twin": 0.5}))
+    held, same, locked, follows, apart = (read_urdf(path, tip="t", lock=lock) for lock in (
+        {}, {"finger": 0.0, "nail": 0.0, "twin": 0.1}, {"finger": 0.3, "nail": 0.0},
+        {"finger": 0.3, "nail": 0.0, "twin": -0.5}, {"finger": 0.3, "nail": 0.0, "twin": 0.5}))  # fmt: skip
+    assert held.notes == ("held: finger at 0, nail at 0, twin at 0.1; other values: --lock JOINT=VALUE",)
+    assert (held.joint_names, held.chain.links[0].body.mass, locked.notes) == (("j",), 8.0, ())
+    assert same_dynamics(held, same)
+    assert same_dynamics(locked, follows)
+    assert not same_dynamics(held, locked)
+    assert not same_dynamics(locked, apart)
 
 
 @pytest.mark.parametrize(

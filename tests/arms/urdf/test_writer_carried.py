@@ -15,6 +15,7 @@ from lwr_dyn.arms.urdf.reader import read_urdf
 from lwr_dyn.arms.urdf.writer import carried_xml
 from lwr_dyn.model.spatial import Pose
 from tests.agreement.test_foreign_arms import ARMS, Foreign
+from tests.arms.urdf.small_files import written
 from tests.tolerances import EXACT, METRES
 
 FOREIGN = {name: ARMS[name] for name in ("panda", "xarm7", "ur5")} | {
@@ -116,9 +117,7 @@ FILE = f"""<robot name="two" xmlns:drake="https://drake.mit.edu/">
 
 @pytest.fixture
 def two(tmp_path):
-    path = tmp_path / "two.urdf"
-    path.write_text(FILE, encoding="utf-8")
-    return read_urdf(path)
+    return read_urdf(written(tmp_path, FILE, "two.urdf"))
 
 
 def test_names_axes_and_motors_stay(two):
@@ -141,9 +140,7 @@ def test_names_axes_and_motors_stay(two):
 def test_what_turns_without_end_is_not_a_stand_in(two, tmp_path):
     text = lwr_dyn.urdf_text(two)
     assert "stand-ins: nothing" in text
-    path = tmp_path / "again.urdf"
-    path.write_text(text, encoding="utf-8")
-    back = read_urdf(path)
+    back = read_urdf(written(tmp_path, text, "again.urdf"))
     assert (back.limits[0].lower, back.limits[1].upper) == (None, 2 * np.pi)
     assert lwr_dyn.urdf_text(back).partition("-->")[2] == text.partition("-->")[2]
 
@@ -162,15 +159,13 @@ def test_drake_finds_the_motors_again(two, tmp_path):
     from lwr_dyn.checks.engines.loaders import DrakeFile
 
     bare = replace(two, layout=replace(two.layout, shapes=dict.fromkeys(two.layout.shapes, ())))
-    path = tmp_path / "bare.urdf"
-    path.write_text(lwr_dyn.urdf_text(bare), encoding="utf-8")
+    path = written(tmp_path, lwr_dyn.urdf_text(bare), "bare.urdf")
     assert len(DrakeFile(path, ArmInFile(two.joint_names, "tcp", tuple(two.chain.gravity)), {}).actuators) == 2
 
 
 @pytest.mark.parametrize("robot", studied())
 def test_our_own_file_keeps_its_motors_and_shapes(tmp_path, robot):
-    path = tmp_path / "own.urdf"
-    path.write_text(lwr_dyn.urdf_text(lwr_dyn.load(robot)), encoding="utf-8")
+    path = written(tmp_path, lwr_dyn.urdf_text(lwr_dyn.load(robot)))
     again = lwr_dyn.urdf_text(lwr_dyn.load(path))
     for tag in ("<transmission ", "<cylinder ", "<drake:rotor_inertia", "<link "):
         assert again.count(tag) == path.read_text(encoding="utf-8").count(tag)

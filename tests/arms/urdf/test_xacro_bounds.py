@@ -7,6 +7,7 @@ import time
 import pytest
 import xacro
 
+from lwr_dyn.arms.urdf.xacro_bounds import _MACRO_ARGUMENT
 from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.foundation.errors import UrdfError
 from tests.arms.urdf.small_files import HEAD, xacro_file
@@ -67,8 +68,6 @@ def test_a_parameter_with_an_open_quote_is_no_puzzle(place, quotes):
 
 
 def test_parameters_are_read_as_xacro_reads_them():
-    from lwr_dyn.arms.urdf.xacro_bounds import _MACRO_ARGUMENT
-
     for text in (
         "a:=1 b", "a=1", "a:=^ b:=2", "a:=^|3 b", "a:='x y' b", 'a:="x y"', "a:=${1 + 2} b", "a:=$(arg x) b", "a b",
         "*origin a:=b", "a:= b:=2", "a:=x'y z'w b", "  a  :=  1\n  b:=2",

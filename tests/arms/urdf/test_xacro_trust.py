@@ -48,14 +48,15 @@ def test_commands_trust_a_file_that_is_named_so(file, words, lwr_dyn_command):
     assert code == 0, out + err
 
 
-def test_a_folder_is_never_trusted(file, tmp_path, lwr_dyn_command):
-    code, out, _ = lwr_dyn_command("lint", ".")
-    assert code == 1
-    assert "xacro refuses the file" in out
-    code, _, err = lwr_dyn_command("lint", ".", "--trust-xacro")
-    assert code == 2
-    assert "a folder is never trusted" in err
-    assert "would do nothing here" in lwr_dyn_command("lint", "wam7", "--trust-xacro")[2]
+def test_a_folder_is_never_trusted(file, lwr_dyn_command):
+    for words, code, said in (
+        (("lint", "."), 1, "xacro refuses the file"),
+        (("lint", ".", "--trust-xacro"), 2, "a folder is never trusted"),
+        (("lint", "wam7", "--trust-xacro"), 2, "would do nothing here"),
+    ):
+        found, out, err = lwr_dyn_command(*words)
+        assert found == code
+        assert said in out + err
 
 
 def test_a_run_does_not_say_what_to_trust(file):
