@@ -114,7 +114,10 @@ def test_arguments_that_are_none_are_refused(search):
 
 
 def test_options_are_checked():
-    for options, error, words in (({"starts": 0}, OptionError, "starts"), ({"search": "newton"}, UnknownNameError, "newton")):
+    for options, error, words in (
+        ({"starts": 0}, OptionError, "starts"),
+        ({"search": "newton"}, UnknownNameError, "newton"),
+    ):
         with pytest.raises(error, match=words):
             lwr_dyn.ik_solver(arm_named("kr30ha"), **options)
 

@@ -216,6 +216,25 @@ def test_singular_arms_stand_still_or_are_refused(q, why):
     assert caught.value.index == 1
 
 
+def test_a_stretched_wam_is_singular_where_its_elbow_is_in_line():
+    wam, none = lwr_dyn.load("wam7"), np.zeros((2, 6))
+    q = [0.3, 0.7, 0.2, srs_geometry(wam.chain).straight, 0.4, 0.9, 0.1]
+    T = np.tile(lwr_dyn.forward_kinematics(wam, q), (2, 1, 1))
+    with pytest.raises(SingularArmError, match="stretched"):
+        follow(wam, BRANCHES[2], T, none + np.eye(6)[0], none, np.full(2, 0.4), np.zeros(2), np.zeros(2))
+
+
+def test_on_the_line_of_a_tilted_reference_the_elbow_counts_from_a_direction_across_it():
+    other = require_srs(LWR, [1.0, 2.0, 3.0])
+    T = np.tile(np.eye(4), (2, 1, 1))
+    T[0, :3, 3] = np.array([1.0, 2.0, 3.0]) / 8.0 - other.wrist_in_flange + other.shoulder
+    T[1, :3, 3] = [0.4, 0.1, 0.3]
+    triangle = arm_triangle(other, T)
+    assert triangle.u[0] == pytest.approx(other.reference)
+    assert (triangle.u * triangle.up).sum(-1) == pytest.approx([0.0, 0.0], abs=1e-15)
+    assert np.linalg.norm(triangle.up, axis=1) == pytest.approx([1.0, 1.0])
+
+
 def test_bad_input_is_named():
     T, v, a, *psi = lwr_motion()(np.linspace(0, 1, 4))
     far = T.copy()

@@ -42,6 +42,10 @@ def test_a_standard_dh_row_is_all_after_the_motion():
     assert all(source.cell.startswith("dh.sign") for source in quantity_sources(arm, "joint_2.before"))
     assert {source.cell.split(".")[1] for source in quantity_sources(arm, "joint_2.after")} >= {"alpha", "a", "d"}
     assert quantity_sources(arm, "joint_2.colour") == ()
+    links = list(arm.chain.links)
+    links[1] = replace(links[1], before=Pose(rot_x(0.3), np.zeros(3)))  # one row is enough to know the convention
+    modified = replace(arm, chain=replace(arm.chain, links=tuple(links)))
+    assert "alpha" in {source.cell.split(".")[1] for source in quantity_sources(modified, "joint_3.before")}
     alone = random_arm(3, "R")  # with its row alone, what stands before the joint says which it is
     for before, rows in (
         (Pose.identity(), ("dh.alpha", "dh.d", "dh.theta_offset")),

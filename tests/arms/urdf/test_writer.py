@@ -13,7 +13,7 @@ from lwr_dyn.arms.urdf.elements import UNKNOWN_POSITION, header, unknown_limits
 from lwr_dyn.arms.urdf.geometry import primitives
 from lwr_dyn.arms.urdf.writer import urdf_text, urdf_with_sources
 from lwr_dyn.model.arm import JointLimits
-from lwr_dyn.model.spatial import from_rpy, to_rpy
+from lwr_dyn.model.spatial import Pose, from_rpy, to_rpy
 
 ROUNDING = 2e-15
 """A rotation made of three, through its angles and back: entries are a few products of numbers below one."""
@@ -86,6 +86,15 @@ def test_names_that_need_quoting_are_quoted_and_a_joint_called_flange_joint_keep
 )
 def test_in_a_standard_table_the_row_before_places_a_joint(path, quantities):
     assert urdf_with_sources(lwr_dyn.load("lwr4plus")).attributes[path].quantities == quantities
+
+
+def test_a_flange_of_its_own_is_a_quantity_beside_the_last_row():
+    arm, shift = lwr_dyn.load("lwr4plus"), Pose(np.eye(3), np.array([0.0, 0.0, 0.1]))
+    moved = replace(arm, chain=replace(arm.chain, flange=shift))
+    sourced = replace(arm, sources={**arm.sources, "flange": arm.sources["joint_7.dh"]})
+    path = "/robot/joint[@name='flange_joint']/origin/@xyz"
+    for one in (moved, sourced):
+        assert urdf_with_sources(one).attributes[path].quantities == ("joint_7.after", "flange")
 
 
 def test_a_mount_and_a_tool_are_links_of_names_that_are_free():
