@@ -137,16 +137,13 @@ def test_a_solver_can_be_chosen_and_finds_poses_of_the_closed_form(robot, closed
 
 @pytest.mark.slow
 def test_numeric_search_solves_other_arms_inside_limits_and_calls_itself_incomplete():
-    rng = np.random.default_rng(4)
-    for q in rng.uniform(SIX.lower, SIX.upper, (10, 6)):
+    for q in np.random.default_rng(4).uniform(SIX.lower, SIX.upper, (10, 6)):
         T = pose(SIX, q)
         result = inverse_kinematics(SIX, T, starts=32)
         assert (result.status, result.complete) == ("solved", False)
         for s in result.solutions:
-            assert np.abs(pose(SIX, s.q) - T).max() <= NUMERIC
-            assert s.residual <= NUMERIC
+            assert max(np.abs(pose(SIX, s.q) - T).max(), s.residual) <= NUMERIC
             assert ((s.q >= SIX.lower) & (s.q <= SIX.upper)).all()
-    assert len(result.solutions) >= 1
     again = inverse_kinematics(SIX, T, starts=32)
     assert all((a.q == b.q).all() for a, b in zip(result.solutions, again.solutions, strict=True))
 
@@ -195,6 +192,12 @@ def test_numeric_search_distinguishes_reach_from_limits():
     assert result.excess >= 2.3 - np.radians(120) - 1e-9
     facts = result.document.record()
     assert [facts[name] for name in ("status", "joint", "excess")] == [result.status, "joint_4", result.excess]
+    position = pose(SIX, [0.3, 0.7, -2.6, 0.4, 0.0, 0.1])[:3, 3]
+    result = inverse_kinematics(SIX, position, position_only=True, starts=16)
+    assert (result.status, result.position_only) == ("outside limits", True)
+    result = inverse_kinematics(SIX, [3.0, 0.0, 0.0], position_only=True, starts=16)
+    assert (result.status, result.turn) == ("out of reach", None)
+    assert result.distance > 2.0
 
 
 def test_an_arm_of_four_joints_meets_a_position_and_says_how_far_the_orientation_is_off(tmp_path):
@@ -223,16 +226,6 @@ def test_a_position_alone_is_reached_from_a_start_inside_the_limits(robot):
         near = np.clip(q + 0.01, arm.lower, arm.upper)
         moved = inverse_kinematics(arm, pose(arm, q), position_only=True, q0=near).solutions[0].q
         assert np.abs(moved - near).max() < 0.3
-
-
-@pytest.mark.slow
-def test_a_position_outside_limits_or_out_of_reach_is_told_apart():
-    bent = pose(SIX, [0.3, 0.7, -2.6, 0.4, 0.0, 0.1])[:3, 3]
-    result = inverse_kinematics(SIX, bent, position_only=True)
-    assert (result.status, result.position_only) == ("outside limits", True)
-    result = inverse_kinematics(SIX, [3.0, 0.0, 0.0], position_only=True)
-    assert (result.status, result.turn) == ("out of reach", None)
-    assert result.distance > 2.0
 
 
 @pytest.mark.parametrize("name", ["kr30ha", "ur5e", "lwr4plus"])

@@ -109,17 +109,12 @@ def test_an_interval_is_cut_where_a_ball_aligns():
     assert abs(wrap(np.array(jump[1] - jump[0]))) == pytest.approx(np.pi, abs=1e-3)
 
 
-def test_unknown_limits_and_ranges_of_more_than_a_turn_restrict_nothing():
-    free = replace(LWR, limits=(JointLimits(), JointLimits(-7.0, 7.0), JointLimits(lower=0.0)) + (JointLimits(),) * 4)
-    problem, *_ = problem_of(free, np.array([[0.4, 0.5, 0.3, -1.1, 0.2, 0.6, 0.1]]))
-    assert intervals_at_level(problem, np.zeros(8)).of(0) == ((-np.pi, np.pi),)
-
-
-def test_a_margin_one_picoradian_below_a_level_keeps_it():
+def test_unknown_limits_restrict_nothing_and_a_margin_one_picoradian_below_a_level_keeps_it():
     """The elbow's margin is the same at every arm angle: where it is the smallest, all of them or none keep a level."""
-    limits = [JointLimits() for _ in range(7)]
-    arm = replace(LWR, limits=(*limits[:3], JointLimits(-2.0, 2.0), *limits[4:]))
-    problem, *_ = problem_of(arm, np.array([[0.4, 0.5, 0.3, -1.1, 0.2, 0.6, 0.1]]))
+    free, q = (JointLimits(),) * 7, np.array([[0.4, 0.5, 0.3, -1.1, 0.2, 0.6, 0.1]])
+    wide = replace(LWR, limits=(JointLimits(), JointLimits(-7.0, 7.0), JointLimits(lower=0.0), *free[3:]))
+    assert intervals_at_level(problem_of(wide, q)[0], np.zeros(8)).of(0) == ((-np.pi, np.pi),)
+    problem, *_ = problem_of(replace(LWR, limits=(*free[:3], JointLimits(-2.0, 2.0), *free[4:])), q)
     below = np.linspace(0.0, 3e-12, 13)
     kept = [not intervals_at_level(problem, problem.elbow_margin + x).empty.any() for x in below]
     assert kept == [bool(x < 1.1e-12) for x in below]

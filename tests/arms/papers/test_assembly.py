@@ -111,19 +111,14 @@ def test_friction_per_direction_with_all_its_columns(tmp_path):
 
 def test_one_pair_both_ways_stays_with_the_limits_and_in_the_urdf(tmp_path):
     arm = loaded(tmp_path, "[friction]\n" + column("coulomb", [1.0, 2.0], FORCE))
-    assert arm.friction == ()
-    assert arm.friction_models() == (symmetric(1.0, 0.0), symmetric(2.0, 0.0))
+    assert (arm.friction, arm.friction_models()) == ((), (symmetric(1.0, 0.0), symmetric(2.0, 0.0)))
     assert '<dynamics friction="1.0"/>' in lwr_dyn.urdf_text(arm)
 
 
-def test_a_motor_map_is_signs_times_ratio_over_stage(tmp_path):
-    arm = loaded(tmp_path, MAP + PAIR)
-    assert arm.transmission.matrix.tolist() == [[10, -10], [10, 10]]
+def test_gains_reflected_rotors_and_a_motor_map_of_signs_times_ratio_over_stage(tmp_path):
     assert loaded(tmp_path, "").transmission is None
-
-
-def test_gains_and_reflected_rotors(tmp_path):
-    arm = loaded(tmp_path, GAINS + "[rotors]\n" + column("armature", [0.1, 0.2], ("kg m^2", "kg")))
+    arm = loaded(tmp_path, MAP + PAIR + GAINS + "[rotors]\n" + column("armature", [0.1, 0.2], ("kg m^2", "kg")))
+    assert arm.transmission.matrix.tolist() == [[10, -10], [10, 10]]
     gains = arm.gains
     assert (gains.Kp.tolist(), gains.Kd.tolist(), gains.Ki, gains.effort) == ([5, 6], [1, 2], None, None)
     assert arm.armature.tolist() == [0.1, 0.2]

@@ -205,13 +205,10 @@ def test_link_4_of_the_makers_panda_is_no_body():
     assert max(triangle("panda", x, link) for x in ("fr3", "fr3v2", "gaz") for link in range(1, 8)) <= 0.0
 
 
-def test_two_cells_of_gazs_table_have_the_same_digits():
-    com = open_paper("panda").columns["inertial.com"].values
-    assert com[5][2] == -com[6][0] == -0.010517
-
-
 def test_the_authors_code_of_the_panda_has_other_first_moments():
     """Of link 7 they stand in the code as they are: 6.230758965393622e-3 and -4.883521085127657e-4 kg m."""
+    com = open_paper("panda").columns["inertial.com"].values
+    assert com[5][2] == -com[6][0] == -0.010517  # two cells of the table have the same digits
     last = arm_of("panda", "gaz_code").chain.bodies[6]
     np.testing.assert_allclose(last.mass * last.com[:2], [6.230758965393622e-3, -4.883521085127657e-4], rtol=1e-6)
     q = states(7, 200)[0]
@@ -234,6 +231,9 @@ def test_the_tensors_of_the_ur5e_were_computed_from_other_masses():
 
 
 def test_the_tensors_of_the_ur10e_are_those_of_the_ur10():
+    table = printed_table(open_paper("ur10"))  # in their own axes: they are turned for the search of conventions
+    bodies = arm_of("ur10", "maker").chain.bodies
+    np.testing.assert_allclose(table.inertia, [body.inertia_com for body in bodies], atol=1e-15)
     ten, ten_e = (open_paper(x).columns for x in ("ur10", "ur10e"))
     for name in ("inertia", "rpy"):
         assert ten[f"inertial.{name}"].values == ten_e[f"inertial.{name}"].values
@@ -251,11 +251,8 @@ def test_the_tx40_has_its_smallest_moment_along_its_link_once_the_axes_are_the_l
     q = states(6)[0]
     np.testing.assert_allclose(gravity("tx40", "urdf", q), gravity("tx40", "frame_axes", q), atol=1e-12)
     assert not arm_of("tx40", "urdf").chain.bodies[5].inertia_com.any()
-
-
-def test_motor_6_of_the_tx40_turns_with_joints_5_and_6():
-    T = arm_of("tx40", "urdf").transmission
-    assert T.motor_velocity([0, 0, 0, 0, 0.5, 0.25]).tolist() == [0, 0, 0, 0, 22.5, 24.0]
+    motors = arm_of("tx40", "urdf").transmission  # motor 6 turns with joints 5 and 6
+    assert motors.motor_velocity([0, 0, 0, 0, 0.5, 0.25]).tolist() == [0, 0, 0, 0, 22.5, 24.0]
 
 
 def test_the_tensor_of_link_7_of_iiwa_stack_is_a_stand_in():
@@ -265,16 +262,12 @@ def test_the_tensor_of_link_7_of_iiwa_stack_is_a_stand_in():
     assert 3.0 < 0.001 / other.inertia_com[0, 0] < 6.0
 
 
-def test_tensors_in_their_own_axes_are_turned_for_the_search_of_conventions():
-    table = printed_table(open_paper("ur10"))
-    bodies = arm_of("ur10", "maker").chain.bodies
-    np.testing.assert_allclose(table.inertia, [body.inertia_com for body in bodies], atol=1e-15)
-
-
 def test_the_friction_of_the_panda_is_kept_where_a_urdf_cannot_hold_it():
     """Said in the header, in SI in the sidecar, and in a data file that loads as the same arm."""
     arm = arm_of("panda", "gaz")
     text = lwr_dyn.urdf_text(arm)
+    with pytest.raises(OptionError, match="friction of joint_1: a sigmoid of the speed"):
+        friction_parameters(arm)  # no row of a kernel
     assert "friction is a sigmoid of the speed" in text
     assert "<dynamics" not in text
     block = sidecar_blocks(arm)["friction"]["joint_3"]["sigmoid"]
@@ -283,8 +276,3 @@ def test_the_friction_of_the_panda_is_kept_where_a_urdf_cannot_hold_it():
     assert again.torques == arm.torques == "link"
     v = np.linspace(-2.0, 2.0, 9)[:, None] * np.ones(7)
     assert np.array_equal(*(friction_torque(x.friction_models(), v) for x in (again, arm)))
-
-
-def test_friction_of_a_sigmoid_is_no_row_of_a_kernel():
-    with pytest.raises(OptionError, match="friction of joint_1: a sigmoid of the speed"):
-        friction_parameters(arm_of("panda", "gaz"))

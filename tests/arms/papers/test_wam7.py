@@ -51,6 +51,8 @@ def test_the_triangle_inequality_cannot_decide_the_sign_and_gravity_cannot_eithe
 def test_read_about_the_frame_origins_links_could_not_exist(reading, links):
     paper = open_paper("wam7", reading)
     assert paper.inertia_about == "com"
+    ids = {"lspb-velocity", "figure4-acceleration", "table1-negative-viscous", "rotor-inertia-conflict"}
+    assert ids <= {e.id for e in paper.errata}
     lost = set()
     for i, b in enumerate(bodies(reading), start=1):
         moved = b.inertia_com - (b.inertia_origin() - b.inertia_com)
@@ -66,10 +68,7 @@ def test_masses_and_the_gravity_torques_that_are_published():
     g = lwr_dyn.dynamics_of(lwr_dyn.load("wam7")).gravity_vector(np.array([0, np.pi / 2, 0, 0, 0, 0, 0]))
     assert abs(g[1]) == pytest.approx(27.9, abs=0.05)
     assert abs(g[1]) / 9.81 == pytest.approx(2.848, abs=5e-4)
-
-
-def test_grouped_first_moment_of_link_2_from_the_tables():
-    b = bodies()
+    b = bodies()  # grouped first moment of link 2
     distal = sum(x.mass for x in b[3:])
     grouped = b[1].mass * b[1].com[2] + b[2].mass * (0.55 - b[2].com[1]) + distal * 0.55
     assert grouped == pytest.approx(2.333, abs=5e-4)
@@ -127,8 +126,3 @@ def test_reflected_rotors_reach_every_dialect_and_make_no_spin_couplings():
     full, plain = (lwr_dyn.dynamics_of(arm, "newton-euler", rotors=r) for r in ("full", "armature"))
     q, dq, ddq = np.random.default_rng(0).normal(size=(3, 7))
     np.testing.assert_array_equal(full.inverse_dynamics(q, dq, ddq), plain.inverse_dynamics(q, dq, ddq))
-
-
-def test_the_errata_of_the_paper_are_listed():
-    ids = {e.id for e in open_paper("wam7").errata}
-    assert {"lspb-velocity", "figure4-acceleration", "table1-negative-viscous", "rotor-inertia-conflict"} <= ids
