@@ -21,6 +21,10 @@ MOUNT = {"on": "wall", "xyz": [0.3, -0.2, 1.4], "rpy_deg": [0, 10, 35]}
 STATES = np.random.default_rng(4).uniform(-1.0, 1.0, (3, 20, 7))
 
 
+def mounted(**options):
+    return lwr_dyn.load("lwr4plus", **options)
+
+
 def relative(a, b):
     """The largest difference, relative to the largest entry."""
     return np.abs(a - b).max() / np.abs(b).max()
@@ -50,7 +54,7 @@ def test_both_roads_agree_under_any_mount_with_any_tool(seed):
 
 def test_gravity_is_the_gradient_of_the_height_of_the_masses_in_the_world():
     """Complex steps of the energy of the bodies where forward kinematics puts them, not of an engine's energy."""
-    arm = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
+    arm = mounted(mount=MOUNT, tool=TOOL)
     q, step = STATES[0, 0], 1e-30
     g = lwr_dyn.dynamics_of(arm).gravity_vector(q)
 
@@ -64,9 +68,9 @@ def test_gravity_is_the_gradient_of_the_height_of_the_masses_in_the_world():
 
 def test_gravity_turns_with_the_mount_is_down_in_the_world_and_keeps_its_size():
     """Each named mount, put so that gravity in the base is a given vector, against the arm under that gravity."""
-    bare = lwr_dyn.load("lwr4plus")
+    bare = mounted()
     for place, down in {"floor": (0, 0, -1), "wall": (1, 0, 0), "ceiling": (0, 0, 1)}.items():
-        arm = lwr_dyn.load("lwr4plus", mount=place)
+        arm = mounted(mount=place)
         assert arm.chain.gravity.tolist() == [0.0, 0.0, -9.81]
         turned = replace(bare, chain=replace(bare.chain, gravity=9.81 * np.array(down)))
         engines = [lwr_dyn.dynamics_of(x) for x in (arm, turned)]
@@ -80,15 +84,13 @@ def test_gravity_turns_with_the_mount_is_down_in_the_world_and_keeps_its_size():
 
 def test_the_picture_stands_on_the_mount_and_carries_the_tool():
     """Each drawn cylinder as it stands at q = 0 in the world, against that of the bare arm moved by the mount."""
-    bare, arm = lwr_dyn.load("lwr4plus"), lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
+    bare, arm = mounted(), mounted(mount=MOUNT, tool=TOOL)
     base, _ = ends_of(arm.installation)
     before, after = drawn(bare), drawn(arm)
     assert len(after) == len(before) + 1
     for one, other in zip(before, after[:-1], strict=True):
         assert np.abs(base.matrix() @ one - other).max() <= EXACT
-    flange, tip = (
-        lwr_dyn.forward_kinematics(x, np.zeros(7))[:3, 3] for x in (lwr_dyn.load("lwr4plus", mount=MOUNT), arm)
-    )
+    flange, tip = (lwr_dyn.forward_kinematics(x, np.zeros(7))[:3, 3] for x in (mounted(mount=MOUNT), arm))
     assert np.abs(after[-1][:3, 3] - (flange + tip) / 2).max() <= 2e-6  # drawn lengths are whole micrometres
 
 
@@ -106,10 +108,6 @@ def drawn(arm):
     return shapes
 
 
-def mounted(**options):
-    return lwr_dyn.load("lwr4plus", **options)
-
-
 def test_the_floor_is_under_the_arm_and_the_stand_ends_at_ceiling_or_wall():
     bare, up = floor_height(mounted()), stand_foot(mounted())
     assert floor_height(mounted(mount="floor")) == bare
@@ -117,30 +115,26 @@ def test_the_floor_is_under_the_arm_and_the_stand_ends_at_ceiling_or_wall():
     assert floor_height(mounted(mount={"on": "ceiling", "xyz": [0, 0, 2.5]})) == 0.0
     assert floor_height(mounted(mount="ceiling", tool={"xyz": [0, 0, 0.1]})) == pytest.approx(-0.968)
     assert up == pytest.approx([0, 0, bare])
-    hung = stand_foot(mounted(mount={"on": "ceiling", "xyz": [1, 0, 2]}))
-    assert hung == pytest.approx([1, 0, 2 - up[2]])
+    assert stand_foot(mounted(mount={"on": "ceiling", "xyz": [1, 0, 2]})) == pytest.approx([1, 0, 2 - up[2]])
     wall = mounted(mount="wall")
     assert stand_foot(wall) @ wall.installation.mount.rotation[:, 2] == pytest.approx(up[2])
     assert abs(stand_foot(wall)[2]) < 1e-12
 
 
-def test_the_mass_of_a_tool_is_that_of_a_payload_at_the_same_place():
+def test_the_mass_of_a_tool_is_that_of_a_payload_at_the_same_place_and_a_payload_beside_a_tool_is_at_its_point():
     arm = mounted(tool={"mass": 1.3, "com": [0.01, 0, 0.06], "inertia": [3e-3, 4e-3, 2e-3]})
     loaded = arm_with_payload(mounted(), 1.3, (0.01, 0, 0.06), np.diag([3e-3, 4e-3, 2e-3]))
     for one, other in zip(arm.chain.bodies, loaded.chain.bodies, strict=True):
         assert (one.mass, *one.com, *one.inertia_com.ravel()) == (other.mass, *other.com, *other.inertia_com.ravel())
-
-
-def test_a_payload_beside_a_tool_is_at_the_tool_centre_point():
-    frame = {key: TOOL[key] for key in ("xyz", "rpy")}
-    arm = arm_with_payload(lwr_dyn.load("lwr4plus", tool=frame), 2.0)
-    same = arm_with_payload(lwr_dyn.load("lwr4plus"), 2.0, frame["xyz"])
-    pair = [lwr_dyn.dynamics_of(x).mass_matrix(STATES[0]) for x in (arm, same)]
+    beside = arm_with_payload(mounted(tool={key: TOOL[key] for key in ("xyz", "rpy")}), 2.0)
+    pair = [
+        lwr_dyn.dynamics_of(x).mass_matrix(STATES[0]) for x in (beside, arm_with_payload(mounted(), 2.0, TOOL["xyz"]))
+    ]
     assert relative(*pair) <= EXACT
 
 
 def test_a_mounted_arm_loses_no_energy_in_a_free_swing():
-    arm = lwr_dyn.load("lwr4plus", mount="ceiling", tool=TOOL)
+    arm = mounted(mount="ceiling", tool=TOOL)
     hold = lwr_dyn.reference("hold", arm, q=STATES[0, 1], duration=0.05)
     run = lwr_dyn.simulate(arm, lambda *_: np.zeros(7), hold, friction="none", position_limits=False)
     assert abs(run.energy - run.energy[0]).max() <= 1e-9 * abs(run.energy).max()
@@ -169,10 +163,10 @@ def test_generated_kernels_include_mount_and_tool():
 
 def test_a_lock_after_the_installation_gives_what_a_lock_before_it_gives():
     locks = {"joint_1": 0.3, "joint_7": -0.4, "joint_4": 0.5}
-    after = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
+    after = mounted(mount=MOUNT, tool=TOOL)
     for name, value in locks.items():
         after = after.with_locked_joint(name, value)
-    before = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL, lock=locks)
+    before = mounted(mount=MOUNT, tool=TOOL, lock=locks)
     q = STATES[0, :, :4]
     assert relative(lwr_dyn.forward_kinematics(after, q), lwr_dyn.forward_kinematics(before, q)) <= EXACT
     assert relative(*(lwr_dyn.dynamics_of(x).mass_matrix(q) for x in (after, before))) <= EXACT

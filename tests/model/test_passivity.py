@@ -87,6 +87,15 @@ def test_ranges_of_speeds_have_both_ends():
     curve = SideCurve.of(model, "positive")
     assert max(abs(curve.at(v)) for v in (up.from_speed, up.to_speed)) < 1e-15
     assert down.passive
+    # below zero from rest, above it at its local maximum alone: the first range ends before that
+    hump = JointFriction(Direction(0.0, 0.5, 0.3, 0.5), Direction(1.0, 0.0), offset=-0.35)
+    (up, _) = certificate([hump])
+    assert up.from_speed == 0.0 < up.to_speed < 0.296
+    assert abs(SideCurve.of(hump, "positive").at(up.to_speed)) < 1e-15
+    # flat friction below zero has no end, and none above it no beginning
+    for level, wanted in ((-0.5, (0.0, np.inf)), (0.5, (None, np.inf)), (0.0, (None, np.inf))):
+        (up, _) = certificate([JointFriction(Direction(1.0, 0.0), Direction(9.0, 0.0), offset=level - 1.0)])
+        assert (up.from_speed, up.to_speed) == wanted
     # an offset beyond Coulomb drives from rest
     (up, down) = certificate([JointFriction(Direction(1.0, 0.5), Direction(1.0, 0.5), offset=-2.0)])
     assert (up.from_speed, up.to_speed) == (0.0, pytest.approx(2.0))

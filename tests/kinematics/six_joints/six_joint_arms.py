@@ -49,11 +49,11 @@ PARALLEL = tuple(name for name, (alpha, _, _) in TABLES.items() if abs(alpha[2])
 WHOLE_TURN = 2.0 * np.pi
 
 
-def six_joint_arm(name, error=0.0, seed=0, reach=WHOLE_TURN):
+def six_joint_arm(name, error=0.0, seed=0, reach=WHOLE_TURN, table=None):
     """The arm of the table with limits of +-`reach` [rad]; each joint's frame is off by up to `error` [rad, m]."""
     rng = np.random.default_rng(seed)
     links = []
-    for i, (alpha, a, d) in enumerate(zip(*TABLES[name], strict=True)):
+    for i, (alpha, a, d) in enumerate(zip(*(table or TABLES[name]), strict=True)):
         off = Pose(from_rpy(rng.uniform(-error, error, 3)), rng.uniform(-error, error, 3))
         after = Pose(from_rpy((np.radians(alpha), 0.0, 0.0)), np.array([a, 0.0, d])) @ off
         links.append(ChainLink(f"joint_{i + 1}", f"link_{i + 1}", JointKind.REVOLUTE, Pose.identity(), after))
