@@ -76,14 +76,11 @@ def test_they_are_added_to_the_diagonal_and_to_nothing_else(engine):
     assert np.array_equal(*(lwr_dyn.dynamics_of(x, engine).gravity_vector(Q) for x in (bare, arm)))
 
 
-def test_one_takes_the_place_of_the_sources_own():
+def test_rotors_of_an_option_or_a_file_take_the_place_of_the_sources_own(tmp_path, lwr_dyn_command):
     own, arm = lwr_dyn.load("lwr4plus"), lwr_dyn.load("lwr4plus", rotor={1: 0.5})
     assert arm.armature.tolist() == [0.5, *own.armature[1:]]
     assert [x.where for x in arm.sources["joint_1.armature"]] == ["option of loading"]
     assert arm.sources["joint_2.armature"] == own.sources["joint_2.armature"]
-
-
-def test_a_file_beside_a_urdf_gives_them(tmp_path, lwr_dyn_command):
     (tmp_path / "rotors.toml").write_text("A2 = 80.0\n4 = 0.25\n")
     arm = lwr_dyn.load("kr30ha", rotor=tmp_path / "rotors.toml")
     assert arm.armature.tolist() == [0, 80, 0, 0.25, 0, 0]

@@ -108,17 +108,14 @@ $ pip install lwr_dyn
 """
 
 
-def test_a_page_runs_in_one_folder_with_its_files(tmp_path):
+def test_a_page_runs_in_one_folder_with_its_files_and_update_writes_the_real_output_only(tmp_path):
     assert ran(PAGE, tmp_path) == PAGE
     assert (tmp_path / "page" / "parts" / "a.toml").read_text() == "x = 1\n"
     assert [block.reason for block in blocks(PAGE) if block.reason] == ["installs packages: shown, not run"]
-
-
-def test_update_writes_the_real_output_and_leaves_the_rest(tmp_path):
     wrong = PAGE.replace("   x = 1\n   $", "   y = 1\n   z\n   $").replace("   [3]\n", "")
     wrong = wrong.replace("to stderr\n   page", "page")
     assert wrong != PAGE
-    assert ran(wrong, tmp_path, update=True) == PAGE
+    assert ran(wrong, tmp_path / "page", update=True) == PAGE
 
 
 @pytest.mark.parametrize(

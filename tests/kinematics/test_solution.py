@@ -21,20 +21,17 @@ def pose(arm, q):
     return lwr_dyn.forward_kinematics(arm, q)
 
 
-def test_the_stretched_arm_has_one_solution_and_is_solved():
-    result = inverse_kinematics(LWR, pose(LWR, np.zeros(7)))
-    assert result.status == "solved"
-    assert len(result.solutions) == 1
-    assert np.abs(result.solutions[0].q).max() < 1e-4
-
-
-def test_the_nearest_solution_has_the_smallest_joint_distance():
+def test_the_nearest_solution_has_the_smallest_joint_distance_and_a_stretched_arm_one_alone():
     kr30 = lwr_dyn.load("kr30ha")
     q = np.random.default_rng(4).uniform(kr30.lower, kr30.upper)
     result = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q))
     best = nearest_solution(result.solutions, q)
     assert joint_distance(best, q) < 1e-8
     assert joint_distance(best, q) == min(joint_distance(s, q) for s in result.solutions)
+    result = inverse_kinematics(LWR, pose(LWR, np.zeros(7)))
+    assert result.status == "solved"
+    assert len(result.solutions) == 1
+    assert np.abs(result.solutions[0].q).max() < 1e-4
 
 
 def with_ranges(arm, **degrees):
@@ -78,15 +75,7 @@ def test_too_many_copies_are_counted_and_not_called_complete(robot, at):
     assert lwr_dyn.inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, at)).complete
 
 
-def test_a_joint_on_its_limit_is_kept_and_one_without_limits_is_not_turned():
-    kr30 = lwr_dyn.load("kr30ha")
-    free = replace(kr30, limits=(replace(kr30.limits[0], lower=None), *kr30.limits[1:]))
-    assert len(whole_turns(free, np.array([3.0, 0, 0, 0.3, 0, 0.3])).q) == 4
-    edge = np.array([kr30.upper[0], 0, 0, kr30.upper[3], 0, 0])
-    assert any(np.array_equal(edge, q) for q in whole_turns(kr30, edge).q)
-
-
-def test_the_bound_and_one_beyond_it():
+def test_whole_turns_are_listed_up_to_their_bound_at_limits_and_not_of_a_joint_without():
     q = np.zeros(7)
     eight = (-4 * 360 + 1, 4 * 360 - 1)  # 7 copies of 0
     limits = {"j1": eight, "j2": eight, "j3": eight}
@@ -96,6 +85,11 @@ def test_the_bound_and_one_beyond_it():
     assert (len(many.q), many.left_out) == (1, 7**3 - 1)
     outside = replace(LWR, limits=(JointLimits(lower=1.0, upper=2.0), *LWR.limits[1:]))
     assert whole_turns(outside, q).q.tolist() == [q.tolist()]
+    kr30 = lwr_dyn.load("kr30ha")
+    free = replace(kr30, limits=(replace(kr30.limits[0], lower=None), *kr30.limits[1:]))
+    assert len(whole_turns(free, np.array([3.0, 0, 0, 0.3, 0, 0.3])).q) == 4
+    edge = np.array([kr30.upper[0], 0, 0, kr30.upper[3], 0, 0])
+    assert any(np.array_equal(edge, q) for q in whole_turns(kr30, edge).q)
 
 
 def test_the_command_says_how_many_are_left_out(tmp_path, lwr_dyn_command):

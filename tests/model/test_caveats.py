@@ -28,14 +28,11 @@ def test_words_are_read_back(left, estimates, contradicted):
     assert read.words() == said.words()
 
 
-def test_nothing_is_said_of_a_clean_arm_and_foreign_words_are_left_out():
+def test_nothing_is_said_of_a_clean_arm_of_foreign_words_or_of_numbers_that_are_not_used():
     assert Caveats().words() == "" == Caveats(likely=("a",)).words()
     assert caveats_of_words("made by hand; wings estimated") == Caveats()
     assert Caveats(("a", "b", "c")).words() == "leaves a, b and c in place, proven errors"
     assert Caveats(likely=("b",)).errata_words(()) == "none"
-
-
-def test_only_the_numbers_that_are_used_count():
     springs = Caveats(estimates=(StandIn("gear stiffness", "assumed"), StandIn("speed limits", "assumed")))
     assert springs.words(DYNAMICS) == "speed limits assumed" == springs.words(KINEMATICS)
     assert springs.words() == "gear stiffness and speed limits assumed"

@@ -12,14 +12,11 @@ def written(link, mass, x=0.0):
     return WrittenLink(link, body)
 
 
-def test_a_weld_is_the_sum_of_its_links():
+def test_a_weld_is_the_sum_of_its_links_and_those_without_mass_are_not_heavy():
     body = welded([written("a", 1.0, 1.0), written("b", None), written("c", 3.0, -1.0)])
     assert body.mass == 4.0
     assert body.com.tolist() == [-0.5, 0.0, 0.0]
     assert welded([written("a", None)]) is None
-
-
-def test_links_without_mass_are_not_heavy():
     assert Body.massless().is_weightless
     assert not Body(1.0, np.zeros(3), np.zeros((3, 3))).is_weightless
     assert [link for link, _ in heavy([written("a", 1.0), written("b", None), written("c", 0.0)])] == ["a"]

@@ -37,7 +37,7 @@ def wam():
     return lwr_dyn.load("wam7").friction
 
 
-def test_the_wam_feeds_energy_in_where_table_1_has_negative_slopes_and_nowhere_else():
+def test_the_wam_feeds_energy_in_where_table_1_has_negative_slopes_and_joint_4_has_no_net_damping():
     active = {(s.joint + 1, s.side): s.from_speed for s in certificate(wam()) if not s.passive}
     expected = {
         (2, "negative"): 3.5643 / 2.3951,
@@ -49,9 +49,6 @@ def test_the_wam_feeds_energy_in_where_table_1_has_negative_slopes_and_nowhere_e
     for key, speed in expected.items():
         assert active[key] == pytest.approx(speed, rel=1e-14)
         assert active[key] > 0.4  # beyond what the maps cover
-
-
-def test_joint_4_has_no_net_damping_under_the_manufacturers_gains():
     Kd = lwr_dyn.load("wam7").gains.Kd
     undamped = {(s.joint + 1, s.side) for s in certificate(wam()) if s.net_damping(Kd[s.joint]) <= 0.0}
     assert undamped == {(4, "positive")}
@@ -135,7 +132,7 @@ def test_the_refit_is_passive_and_no_passive_level_and_slope_are_nearer(model, t
         assert change.rms <= np.sqrt(best) * 1.01 + 1e-3  # the grid's own error
 
 
-def test_the_refit_of_the_wam_and_its_cost_and_what_is_passive_is_left_alone():
+def test_the_refit_of_the_wam_its_cost_and_what_is_left_as_it_was():
     models = (None, JointFriction(Direction(1.0, 0.2), Direction(0.5, 0.0), offset=0.1))
     assert passive_refit(models) == Refit(models, ())
     refit = passive_refit(wam())
@@ -146,9 +143,6 @@ def test_the_refit_of_the_wam_and_its_cost_and_what_is_passive_is_left_alone():
         assert costs[key] == pytest.approx(slope * 0.4 / np.sqrt(12), rel=1e-12)
     assert [m for i, m in enumerate(refit.models) if i not in (1, 3, 4)] == [wam()[i] for i in (0, 2, 5, 6)]
     assert astuple(refit.models[3].positive) == (pytest.approx(1.0005), 0.0, None, None)
-
-
-def test_static_keeps_its_distance_and_the_offset_is_kept_where_it_can_be():
     model = JointFriction(Direction(1.0, -1.0, 1.5, 0.1), Direction(1.0, 0.5), offset=0.2, covered=1.0)
     (after,) = passive_refit([model]).models
     # level 1.2 - v with the offset, nearest 0.7 flat, of which 0.2 is the offset

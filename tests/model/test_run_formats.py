@@ -36,14 +36,11 @@ def test_a_simulated_sliding_joint_is_recorded():
     assert {"q1 [m]", "q2 [rad]"} <= set(run.to_columns())
 
 
-def test_pandas_and_arrow_take_the_columns_as_they_are(run):
+def test_pandas_and_arrow_take_the_columns_as_they_are_and_without_pandas_the_error_says_so(run, monkeypatch):
     columns = run.to_columns()
     for table in (pandas.DataFrame(columns), run.to_dataframe(), pyarrow.table(columns).to_pandas()):
         assert list(table) == list(columns)
         assert all(np.array_equal(table[name], values) for name, values in columns.items())
-
-
-def test_without_pandas_the_error_says_what_to_use(run, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(MissingPackageError, match=r"lwr_dyn\[notebook\]'; without it: columns = run.to_columns\(\)"):
         run.to_dataframe()
@@ -65,7 +62,7 @@ def test_files_hold_all_columns_and_a_log_reader_gets_every_bit_back(run, arm, t
         np.testing.assert_array_equal(arrow[name], values)
 
 
-def test_matlab_gets_matrices_and_the_record(run):
+def test_matlab_gets_matrices_and_the_record_the_same_bytes_of_the_same_run(run):
     back = loadmat(BytesIO(matlab_bytes(run)))
     for name in ("t", "q", "dq", "q_ref", "dq_ref", "tau_command", "tau_applied", "tau_friction", "energy"):
         np.testing.assert_array_equal(back[name], getattr(run, name).reshape(run.t.size, -1))
@@ -76,9 +73,6 @@ def test_matlab_gets_matrices_and_the_record(run):
     assert json.loads(str(back["record"][0])) == json.loads(json.dumps(run.meta))
     assert [str(x).strip() for x in back["joint_units"]] == ["rad"] * 7
     assert "joint_units" not in loadmat(BytesIO(matlab_bytes(replace(run, meta={}))))
-
-
-def test_the_same_run_gives_the_same_bytes(run):
     assert csv_bytes(run) == csv_bytes(run)
     assert matlab_bytes(run) == matlab_bytes(run)
     assert matlab_bytes(run)[:116] == b"MATLAB 5.0 MAT-file, written by lwr_dyn".ljust(116)

@@ -36,9 +36,10 @@ def an_error(code, message, line=2):
     return Diagnostic(SourcePosition("x.src", line), "error", code, message)
 
 
-def test_a_program_counts_once(folder):
+def test_a_program_counts_once_and_its_names_are_those_that_other_modules_see(folder):
     names = [path.stem for path in program_paths(folder)]
     assert names == ["calls", "good", "lent", "broken", "names"]
+    assert corpus_names(folder).shared["ann+cell"] == {"GOOD", "CALLS", "LENT", "MORE", "INT", "TWICE", "ODD_OPTION"}
 
 
 def test_words_of_declarations_leave_out_values_arguments_and_members():
@@ -62,10 +63,6 @@ def test_the_verdict_of_an_unknown_name(folder, name, alone, verdict):
     assert judge.undecided == []
 
 
-def test_names_that_other_modules_see(folder):
-    assert corpus_names(folder).shared["ann+cell"] == {"GOOD", "CALLS", "LENT", "MORE", "INT", "TWICE", "ODD_OPTION"}
-
-
 def test_a_row_decides_first_and_an_error_that_nothing_decides_counts_as_false(folder):
     row = {"repository": "bob+*", "file": "A/*.src", "code": "syntax", "verdict": "true", "why": "so", "lines": [2]}
     judge = Judge(corpus_names(folder), judgements([row]))
@@ -74,7 +71,7 @@ def test_a_row_decides_first_and_an_error_that_nothing_decides_counts_as_false(f
     assert [where for where, _ in judge.undecided] == ["bob+one/a/x.src", "ann+cell/a/x.src"]
 
 
-def test_rates_by_program_and_by_repository(folder):
+def test_rates_by_program_and_by_repository_and_counts_of_the_manifest(folder):
     alone, together, judge = study(folder, [])
     assert {x.file: x.passes() for x in alone} == {
         "KRC/R1/Program/calls.src": (True, True, True, False),
@@ -87,9 +84,6 @@ def test_rates_by_program_and_by_repository(folder):
     assert len(judge.undecided) == 2  # the broken line, alone and together
     assert rates(alone) == [80.0, 60.0, 60.0, 40.0]
     assert "no false alarm                60.0 %    50.0 % by repository" in table(alone, "alone")
-
-
-def test_the_manifest_holds_counts_and_no_program(folder):
     alone, together, _ = study(folder, [])
     found = {x["name"]: x for x in tomllib.loads(counts(folder, alone, together))["repository"]}
     wanted = {"programs": 3, "files": 5, "alone": [3, 3, 3, 2], "together": [3, 3, 3, 3]}

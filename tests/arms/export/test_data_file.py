@@ -86,7 +86,7 @@ def test_motors_gains_and_shares_of_the_load_come_back(tmp_path):
     assert [block.get("load") for block in blocks] == [0.05, None]
 
 
-def test_what_is_not_known_stays_unknown(tmp_path):
+def test_what_is_not_known_stays_unknown_and_limits_of_no_width_are_said_and_left_open(tmp_path):
     arm = lwr_dyn.load("lwr4plus")
     limits = (JointLimits(lower=-1.0, upper=2.0, viscous=0.5), *(JointLimits() for _ in range(6)))
     rotors = (Rotor(100.0, 1e-5), *[None] * 6)
@@ -96,9 +96,6 @@ def test_what_is_not_known_stays_unknown(tmp_path):
     assert back.limits == limits
     assert [link.rotor is None for link in back.chain.links] == [False, *[True] * 6]
     assert '"unknown"' in data_file_text(bare)
-
-
-def test_limits_of_no_width_are_said_and_left_open(tmp_path):
     arm = lwr_dyn.load("lwr4plus")
     flat = replace(arm, limits=(JointLimits(lower=0.0, upper=0.0), *arm.limits[1:]))
     assert again(flat, Convention.STANDARD, tmp_path).limits == (JointLimits(), *arm.limits[1:])

@@ -31,11 +31,14 @@ def test_shapes_weigh_nothing_in_another_model_or_where_their_density_is_changed
     assert weight == pytest.approx(sum(body.mass for body in arm.chain.bodies), rel=1e-14)
 
 
-def test_a_motor_gives_what_the_joint_can_bear():
+def test_a_motor_gives_what_the_joint_can_bear_and_a_frame_where_its_parent_is_has_no_axes():
     arm = lwr_dyn.load("kr30ha")
     motors = ElementTree.fromstring(mjcf_text(arm)).findall("actuator/motor")
     assert [x.get("joint") for x in motors] == list(arm.joint_names)
     assert [x.get("ctrlrange") is None for x in motors] == [limits.effort is None for limits in arm.limits]
+    text = mjcf_text(lwr_dyn.load("lwr4plus"))
+    assert 'pos="0.0 0.0 0.0" xyaxes="1.0 0.0 0.0 0.0 1.0 0.0"' not in text
+    assert text.count("xyaxes=") > 3
 
 
 def without_mass(arm, index, tensor):
@@ -74,12 +77,6 @@ def test_a_link_without_mass_moves_in_mujoco_as_here(robot):
     data.qpos[:], data.qvel[:], data.qacc[:] = x
     mujoco.mj_inverse(model, data)
     np.testing.assert_allclose(data.qfrc_inverse, dynamics.inverse_dynamics(*x), atol=1e-7)
-
-
-def test_a_frame_that_is_where_its_parent_is_has_no_axes():
-    text = mjcf_text(lwr_dyn.load("lwr4plus"))
-    assert 'pos="0.0 0.0 0.0" xyaxes="1.0 0.0 0.0 0.0 1.0 0.0"' not in text
-    assert text.count("xyaxes=") > 3
 
 
 def test_the_friction_of_the_wam_is_said_not_written_and_its_rotors_are_armature():

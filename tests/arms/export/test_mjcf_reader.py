@@ -171,7 +171,7 @@ def foreign(tmp_path):
     return path
 
 
-def test_all_ways_to_write_a_chain_agree_with_mujoco(foreign):
+def test_all_ways_to_write_a_chain_agree_with_mujoco_and_a_site_is_a_tip(foreign):
     arm = lwr_dyn.load(foreign)
     assert arm.joint_names == ("off_centre", "first", "second", "third")
     assert [link.link for link in arm.chain.links] == ["upper", "two_before_second", "two", "wrist"]
@@ -183,9 +183,6 @@ def test_all_ways_to_write_a_chain_agree_with_mujoco(foreign):
     assert moved.joint_names == ("off_centre", "second", "third")
     poses = lwr_dyn.forward_kinematics(moved, [0.1, 0.2, 0.3]), lwr_dyn.forward_kinematics(arm, [0.1, 0.4, 0.2, 0.3])
     assert np.abs(poses[0] - poses[1]).max() < 1e-12
-
-
-def test_a_site_is_a_tip(foreign):
     body, site = (lwr_dyn.load(foreign, tip=name) for name in ("wrist", "point"))
     poses = [lwr_dyn.forward_kinematics(arm, np.full(4, 0.3)) for arm in (body, site)]
     c, s = np.cos(np.radians(10)), np.sin(np.radians(10))

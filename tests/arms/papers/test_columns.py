@@ -94,12 +94,6 @@ def test_what_cannot_be_right_is_refused(case):
     assert str(fault.value).startswith(f"own.toml: {message}")
 
 
-def test_units_must_suit_the_kind_of_the_joint():
-    column = Column("limits.velocity", (1.0, 1.0), ("rad/s", "rad/s"), "p. 1", "printed")
-    with pytest.raises(PaperError, match=r"velocity\.unit: 'rad/s' for A2; allowed: a unit of a prismatic joint"):
-        check_plausibility({column.name: column}, ("A1", "A2"), KINDS, "own.toml")
-
-
 def test_what_is_just_allowed_passes():
     check(
         limits__lower=(0.0, -1.0), limits__upper=(1e-9, 1.0), friction__coulomb=(0.0, 0.0), dh__sign=(-1.0, 1.0),
@@ -121,7 +115,7 @@ def read(n=2, column="mass", table="inertial", touched=None, **changes):
     return read_columns({table: {column: given}}, n, touched or {}, "own.toml")
 
 
-def test_a_column_is_read_with_what_belongs_to_it():
+def test_a_column_is_read_with_what_belongs_to_it_and_its_units_must_suit_the_kind_of_the_joint():
     flange = {"column": "xyz", "table": "flange", "unit": "mm"}
     one = read(**flange, values=[1, 2, 3], sigma=[0.1, 0.0, "unknown"], note="n", how="h", symbols=["a"],
                touched={"flange.xyz": {0: ["e"], 1: ["f"]}})["flange.xyz"]  # fmt: skip
@@ -133,6 +127,9 @@ def test_a_column_is_read_with_what_belongs_to_it():
     limits = read(column="velocity", table="limits", values=["unknown", 2], unit=["rad/s", "mm/s"])["limits.velocity"]
     assert math.isnan(limits.values[0])
     assert (limits.values[1], limits.unit, limits.sigma, limits.symbols) == (2.0, ("rad/s", "mm/s"), (), ())
+    column = Column("limits.velocity", (1.0, 1.0), ("rad/s", "rad/s"), "p. 1", "printed")
+    with pytest.raises(PaperError, match=r"velocity\.unit: 'rad/s' for A2; allowed: a unit of a prismatic joint"):
+        check_plausibility({column.name: column}, ("A1", "A2"), KINDS, "own.toml")
 
 
 READ_BAD = {

@@ -36,14 +36,7 @@ def test_the_numbers_in_the_file_are_those_of_the_method():
         assert np.array_equal(PAPER.columns["inertial.inertia"].si()[i], np.round(body.inertia_com, INERTIA_DIGITS))
 
 
-def test_the_total_is_the_data_sheets_and_every_share_is_plausible():
-    masses = np.array([ARM.ratings.base_mass, *(body.mass for body in ARM.chain.bodies)])
-    assert masses.sum() == pytest.approx(665.0, abs=1e-9)
-    assert ((masses / 665.0 >= LEAST) & (masses / 665.0 <= MOST)).all()
-
-
-def test_every_tensor_belongs_to_a_body_and_is_its_own_mirror_image():
-    # the arm's plane at A = 0 is y = 0 in the base: what is odd in y must vanish
+def test_every_tensor_is_of_a_body_and_its_own_mirror_image_and_every_share_of_the_total_is_plausible():
     frames = [np.eye(4)]
     for link in ARM.chain.links:
         frames.append(frames[-1] @ link.pose(0.0).matrix())
@@ -55,6 +48,9 @@ def test_every_tensor_belongs_to_a_body_and_is_its_own_mirror_image():
         assert abs(seen[0, 1]) < 1e-12
         assert abs(seen[1, 2]) < 1e-12
         assert abs((frame @ [*body.com, 1.0])[1]) < 1e-12
+    masses = np.array([ARM.ratings.base_mass, *(body.mass for body in ARM.chain.bodies)])
+    assert masses.sum() == pytest.approx(665.0, abs=1e-9)
+    assert ((masses / 665.0 >= LEAST) & (masses / 665.0 <= MOST)).all()
 
 
 def test_a_cylinder_is_the_textbooks():

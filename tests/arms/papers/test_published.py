@@ -135,7 +135,7 @@ def test_the_centre_of_link_4_of_the_puma_is_on_the_side_of_the_elbow():
     assert puma_gravity(coded, same)[1:3].min() > 0.25
 
 
-def test_one_of_two_files_has_a_slip_in_the_moment_of_link_3_of_the_puma():
+def test_a_moment_of_link_3_of_the_puma_is_a_slip_in_one_of_two_files_and_its_friction_that_of_its_motors():
     """Which is not decided: one is no body, the other is. The rotors are an open conflict too."""
     corke, akb = (arm_of("puma560", x).chain.bodies[2].inertia_com for x in ("corke", "akb"))
     assert (corke[1, 1], akb[2, 2], corke[0, 0], corke[2, 2]) == (0.086, 0.066, akb[0, 0], akb[1, 1])
@@ -143,10 +143,7 @@ def test_one_of_two_files_has_a_slip_in_the_moment_of_link_3_of_the_puma():
     assert triangle("puma560", "corke", 3) > 0.09
     assert {e.id: e.status for e in open_paper("puma560").errata}["link3-moment"] == "likely"
     assert [round(arm_of("puma560", x).armature[1], 2) for x in ("corke", "akb")] == [2.32, 4.75]
-
-
-def test_the_friction_of_the_puma_is_that_of_its_motors():
-    """The ratio is below 0: the directions change places."""
+    # The ratio is below 0: the directions change places.
     first = arm_of("puma560", "corke").friction_models()[0]
     assert first.positive.coulomb == pytest.approx(0.435 * 62.6111)
     assert first.negative.viscous == pytest.approx(1.48e-3 * 62.6111**2)
@@ -180,7 +177,7 @@ def test_the_moments_of_the_stanford_arm_are_about_the_origins():
     assert triangle("stanford", "read", 5) <= 0.0
 
 
-def test_link_7_of_the_toolboxs_panda_stands_in_the_wrong_frame():
+def test_link_7_of_the_toolboxs_panda_stands_in_the_wrong_frame_and_link_1_lacks_a_number():
     """In the frame of the wrist its numbers make the torques of Gaz's table, of which they are copies."""
     x = states(7)
     coded, mended = (arm_with("panda", *ids, of="rtb_matlab") for ids in ((), ("link7-frame",)))
@@ -188,9 +185,6 @@ def test_link_7_of_the_toolboxs_panda_stands_in_the_wrong_frame():
     gaz, coded, mended = (lwr_dyn.dynamics_of(arm).inverse_dynamics(*x) for arm in arms)
     assert np.abs(mended - gaz).max() <= EXACT * np.abs(gaz).max()
     assert np.abs(coded - gaz)[:, 5].max() > 0.7
-
-
-def test_link_1_of_the_toolboxs_panda_lacks_a_number_that_no_torque_shows():
     arm = arm_with("panda", "link1-centre", of="rtb_matlab")
     assert arm.chain.bodies[0].com.tolist() == arm_of("panda", "gaz").chain.bodies[0].com.tolist()
     x = states(7)
@@ -198,11 +192,15 @@ def test_link_1_of_the_toolboxs_panda_lacks_a_number_that_no_torque_shows():
     assert np.abs(one - two).max() <= EXACT * np.abs(two).max()
 
 
-def test_link_4_of_the_makers_panda_is_no_body():
+def test_link_4_of_the_makers_panda_is_no_body_and_link_7_of_iiwa_stack_a_stand_in():
     assert round(triangle("panda", "fer", 4), 3) == 0.095
     moments = principal_moments(arm_of("panda", "fer").chain.bodies[3].inertia_com)
     np.testing.assert_allclose(moments, [0.00367994, 0.00795554, 0.0127366], rtol=2e-6)
     assert max(triangle("panda", x, link) for x in ("fr3", "fr3v2", "gaz") for link in range(1, 8)) <= 0.0
+    one, other = (arm_of("iiwa14", x).chain.bodies[6] for x in ("iiwa_stack", "lbr_stack"))
+    np.testing.assert_allclose(one.inertia_com, 0.001 * np.eye(3), atol=1e-15)
+    assert one.mass * 0.05**2 < 0.001
+    assert 3.0 < 0.001 / other.inertia_com[0, 0] < 6.0
 
 
 def test_the_authors_code_of_the_panda_has_other_first_moments():
@@ -253,13 +251,6 @@ def test_the_tx40_has_its_smallest_moment_along_its_link_once_the_axes_are_the_l
     assert not arm_of("tx40", "urdf").chain.bodies[5].inertia_com.any()
     motors = arm_of("tx40", "urdf").transmission  # motor 6 turns with joints 5 and 6
     assert motors.motor_velocity([0, 0, 0, 0, 0.5, 0.25]).tolist() == [0, 0, 0, 0, 22.5, 24.0]
-
-
-def test_the_tensor_of_link_7_of_iiwa_stack_is_a_stand_in():
-    one, other = (arm_of("iiwa14", x).chain.bodies[6] for x in ("iiwa_stack", "lbr_stack"))
-    np.testing.assert_allclose(one.inertia_com, 0.001 * np.eye(3), atol=1e-15)
-    assert one.mass * 0.05**2 < 0.001
-    assert 3.0 < 0.001 / other.inertia_com[0, 0] < 6.0
 
 
 def test_the_friction_of_the_panda_is_kept_where_a_urdf_cannot_hold_it():

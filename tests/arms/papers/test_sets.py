@@ -70,13 +70,17 @@ def read(reading):
     return parse_paper(OWN + SET, "own.toml", reading)
 
 
-def test_a_reading_takes_the_tables_of_its_set_and_the_errata_on_top():
+def test_a_reading_takes_the_tables_of_its_set_a_motor_map_too_and_the_errata_on_top():
     masses = {name: read(name).columns["inertial.mass"].si().tolist() for name in read("printed").reading_names}
     assert masses == {"printed": [4.0, 2.0], "maker": [3.0, 1.5], "maker_mended": [3.0, 2.5]}
     assert read("maker").printed["inertial"]["mass"]["values"] == [3.0, 1.5]
     mended = read("maker_mended").columns["inertial.mass"]
     assert mended.errata == {1: ("mass-2",)}
     assert mended.where == "page 3"
+    arm = arm_of(OWN + SET.replace("[[erratum]]", COUPLED + "[[erratum]]", 1))
+    assert arm.transmission.motor_velocity([0.1, 0.2]).round(12).tolist() == [4.5, 9.6]
+    written = parse_paper(data_file_text(arm), "out.toml")
+    assert arm_from_paper(written).transmission.matrix.tolist() == [[45.0, 0.0], [32.0, 32.0]]
 
 
 def test_what_a_reading_leaves_in_place_and_the_point_of_its_tensors_are_of_the_tables_it_uses():
@@ -167,13 +171,6 @@ def test_a_tensor_in_its_own_axes_is_turned_as_the_origin_of_an_inertial():
 COUPLED = """[set.transmission]
 matrix = { values = [[45, 0], [32, 32]], unit = "1", where = "p", kind = "printed" }
 """
-
-
-def test_a_coupled_wrist_is_a_motor_map_of_its_own():
-    arm = arm_of(OWN + SET.replace("[[erratum]]", COUPLED + "[[erratum]]", 1))
-    assert arm.transmission.motor_velocity([0.1, 0.2]).round(12).tolist() == [4.5, 9.6]
-    written = parse_paper(data_file_text(arm), "out.toml")
-    assert arm_from_paper(written).transmission.matrix.tolist() == [[45.0, 0.0], [32.0, 32.0]]
 
 
 def test_where_torques_are_measured_can_be_said():

@@ -12,30 +12,18 @@ from lwr_dyn.model.chain import Rotor
 from lwr_dyn.model.friction import Direction, JointFriction, Sigmoid
 
 
-def test_a_frame_weighs_nothing():
-    out = SourcedText()
-    elements.write_weightless(out, "/x/inertial")
-    inertial = ElementTree.fromstring("".join(out.text))
-    assert {float(v) for element in inertial for v in element.attrib.get("value", "0").split()} == {0.0}
-    assert out.attributes["/x/inertial/inertia/@ixy"].word == elements.WEIGHTLESS
-
-
-def test_a_copy_is_the_element_indented_and_its_numbers_are_listed():
+def test_a_copy_is_the_element_indented_with_its_numbers_and_a_frame_weighs_nothing():
     xml = '<visual name="1e"><origin xyz="1 2  3" rpy="1e999 0 0"/><text> a &lt; b /&gt;</text></visual>'
     out = SourcedText()
     out.copied(2, compact(ElementTree.fromstring(xml)), "/v")
     assert compact(ElementTree.fromstring("\n".join(out.text))) == compact(ElementTree.fromstring(xml))
     assert {path: x.written for path, x in out.attributes.items()} == {"/v/origin/@xyz": (1.0, 2.0, 3.0)}
     assert out.attributes["/v/origin/@xyz"].word == elements.COPIED
-
-
-def test_a_joint_that_turns_without_end_has_no_range_and_no_stand_in():
     out = SourcedText()
-    write_limits(out, "/j", "j", JointLimits(), unlimited=True)
-    assert out.text == []
-    write_limits(out, "/j", "j", JointLimits(effort=3.0), unlimited=True)
-    assert out.text == ['    <limit effort="3.0" velocity="1000000000.0"/>']
-    assert out.attributes["/j/limit/@velocity"].word == UNKNOWN
+    elements.write_weightless(out, "/x/inertial")
+    inertial = ElementTree.fromstring("".join(out.text))
+    assert {float(v) for element in inertial for v in element.attrib.get("value", "0").split()} == {0.0}
+    assert out.attributes["/x/inertial/inertia/@ixy"].word == elements.WEIGHTLESS
 
 
 def test_the_header_says_what_the_file_cannot_hold_and_what_is_not_known():
@@ -68,7 +56,7 @@ def test_estimates_are_listed_by_their_method():
     assert elements.estimates(arm) == ["mass of link_1, link_2; com of link_2 (how: A)", "mass of link_3 (how: B)"]
 
 
-def test_limits_and_rotors_are_written_with_stand_ins_where_they_are_unknown():
+def test_limits_and_rotors_have_stand_ins_where_they_are_unknown_but_not_a_joint_without_end():
     out = SourcedText()
     write_limits(out, "/j", "j", JointLimits(lower=-1.0, velocity=2.0, viscous=0.5))
     assert out.text == [
@@ -86,3 +74,9 @@ def test_limits_and_rotors_are_written_with_stand_ins_where_they_are_unknown():
         assert inertia.written == (1e-4,)
         lines = ['<drake:gear_ratio value="50.0"/>', '<drake:rotor_inertia value="0.0001"/>']
         assert [line.strip() for line in out.text] == lines
+    out = SourcedText()
+    write_limits(out, "/j", "j", JointLimits(), unlimited=True)
+    assert out.text == []
+    write_limits(out, "/j", "j", JointLimits(effort=3.0), unlimited=True)
+    assert out.text == ['    <limit effort="3.0" velocity="1000000000.0"/>']
+    assert out.attributes["/j/limit/@velocity"].word == UNKNOWN

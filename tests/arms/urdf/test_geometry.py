@@ -198,7 +198,7 @@ def test_a_slide_upward_runs_on_a_rail_and_another_in_a_guide(low, up, reach):
     assert shown(level, "l2")[0][1] == "grey"  # a direction that turns has no rail
 
 
-def test_radii_fall_along_the_arm_and_the_pedestal_is_as_high_as_given():
+def test_radii_fall_along_the_arm_and_pedestal_and_cylinders_are_as_given():
     arm = made((TURNS, at(0, 0, 0.5), {}), (TURNS, at(0, 0, 0.3), {}), (None, at(0, 0, 0.2), {}))
     np.testing.assert_allclose(link_radii(arm), [1.0 * 0.045 + 0.03 * 0.5, 0.045 + 0.03 * 0.2])
     short = made((TURNS, at(0, 0, 0.02), {}), (None, at(0, 0, 0.01), {}))
@@ -208,6 +208,9 @@ def test_radii_fall_along_the_arm_and_the_pedestal_is_as_high_as_given():
         ("base", "dark", 0, 0, -0.47, 0, 0, 1, 0.16, 0.06), ("base", "grey", 0, 0, -0.22, 0, 0, 1, 0.105, 0.44),
     ]  # fmt: skip
     assert floor_height(high) == pytest.approx(-0.5)
+    drawn = DrawnCylinder("l1", (0.0, 0.0, 0.1), (0.3, 0.0, 0.5), 0.02, "grey")
+    arm = made((TURNS, at(0, 0, 0.5), {}), (None, at(0, 0, 0.8), {}), drawing=Drawing(cylinders=(drawn,)))
+    assert shown(arm, "l1", "base", "flange") == [("l1", "grey", 0.15, 0, 0.3, 0.6, 0, 0.8, 0.02, 0.5)]
 
 
 def test_the_column_clears_what_turns_about_the_origin_of_the_base():
@@ -238,9 +241,3 @@ def test_floor_and_foot_of_a_mounted_arm():
     assert floor_height(tilted) == pytest.approx(2.0 - 0.4 * np.cos(0.4) - 0.16 * np.sin(0.4))
     tool = made(*joints, drawing=pedestal, tool=Tool(at(0, 0.3, 0.4)))
     assert shown(tool, "flange")[-1] == ("flange", "dark", 0, 0.15, 0.2, 0, 0.6, 0.8, 0.03, 0.5)
-
-
-def test_cylinders_of_the_file_are_drawn_from_end_to_end():
-    drawn = DrawnCylinder("l1", (0.0, 0.0, 0.1), (0.3, 0.0, 0.5), 0.02, "grey")
-    arm = made((TURNS, at(0, 0, 0.5), {}), (None, at(0, 0, 0.8), {}), drawing=Drawing(cylinders=(drawn,)))
-    assert shown(arm, "l1", "base", "flange") == [("l1", "grey", 0.15, 0, 0.3, 0.6, 0, 0.8, 0.02, 0.5)]

@@ -67,7 +67,7 @@ def test_the_tip_of_the_one_obvious_arm(tmp_path, case):
     assert arm.layout.tip == tip
 
 
-def test_several_arms_are_listed_with_what_to_type(tmp_path):
+def test_several_arms_are_listed_with_what_to_type_and_an_unknown_tip_names_their_ends_first(tmp_path):
     joints = [*chain("base", "torso"), *chain("torso", *"abcdef"), *FINGERS, *chain("torso", *"uvwxyz")]
     joints += [*chain("torso", "pan", "tilt"), *chain("base", "k1", "k2", "k3"), *chain("base", "m1", "m2", "m3")]
     _, tree = tree_of(tmp_path, joints)
@@ -81,6 +81,10 @@ def test_several_arms_are_listed_with_what_to_type(tmp_path):
     path, _ = tree_of(tmp_path, [x for k in range(20) for x in chain("base", f"w{k}")])
     with pytest.raises(UrdfError, match=r"20 arms or legs; .*w11 \(1 joint\) \.\.\.$"):
         read_urdf(path)
+    path, _ = tree_of(tmp_path, [*chain("base", "g", "h", "i", "k"), *ARM, *fixed("f", "tcp")])
+    with pytest.raises(UnknownNameError, match=r"no link of .* named 'hand'; known: tcp, k, base, g, ") as fault:
+        read_urdf(path, tip="hand")
+    assert sorted(fault.value.known) == sorted(["base", *"abcdefghik", "tcp"])
 
 
 @pytest.mark.slow
@@ -159,13 +163,6 @@ def test_what_is_no_chain_is_refused_with_what_to_type(tmp_path, case):
     assert message in str(fault.value)
 
 
-def test_an_unknown_tip_names_the_ends_of_arms_first(tmp_path):
-    path, _ = tree_of(tmp_path, [*chain("base", "g", "h", "i", "k"), *ARM, *fixed("f", "tcp")])
-    with pytest.raises(UnknownNameError, match=r"no link of .* named 'hand'; known: tcp, k, base, g, ") as fault:
-        read_urdf(path, tip="hand")
-    assert sorted(fault.value.known) == sorted(["base", *"abcdefghik", "tcp"])
-
-
 def test_commands_say_what_was_chosen_on_stderr(tmp_path, lwr_dyn_command):
     path, _ = tree_of(tmp_path, [*ARM, *FINGERS])
     code, out, err = lwr_dyn_command("fk", str(path), "--q", "0,0,0,0,0,0")
@@ -182,7 +179,7 @@ MACROS = f"""<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:
 <xacro:link name="base"/><xacro:link name="$(arg ends)"/>{joint("j", "base", "$(arg ends)")}</robot>"""
 
 
-def test_a_xacro_is_expanded_with_its_arguments(tmp_path, lwr_dyn_command):
+def test_a_xacro_is_expanded_with_its_arguments_and_those_without_a_name_are_refused(tmp_path, lwr_dyn_command):
     path = written(tmp_path, MACROS, "arm.urdf.xacro")
     arm = lwr_dyn.load(path, xacro_args={"ends": "tip"})
     assert arm.chain.links[0].link == "tip"
@@ -192,6 +189,10 @@ def test_a_xacro_is_expanded_with_its_arguments(tmp_path, lwr_dyn_command):
     assert '<link name="tool">' in out
     with pytest.raises(UrdfError, match="xacro"):
         lwr_dyn.load(written(tmp_path, MACROS.replace("${name}", "${nothing}"), "bad.xacro"))
+    for text in ("ends=tool", ":=tool"):
+        code, _, err = lwr_dyn_command("urdf", "x.xacro", "--xacro-arg", text)
+        assert code == 2
+        assert f"--xacro-arg: {text!r}; allowed: NAME:=VALUE" in err
 
 
 def test_a_run_of_a_xacro_finds_its_arm_again(tmp_path):
@@ -203,13 +204,6 @@ def test_a_run_of_a_xacro_finds_its_arm_again(tmp_path):
     path.write_text(MACROS.replace('value="2"', 'value="3"'), encoding="utf-8")
     with pytest.raises(OSError, match="has changed since the run was made"):
         lwr_dyn.replay(lwr_dyn.Run.load(tmp_path / "x.npz"), tmp_path / "x.html")
-
-
-def test_arguments_without_a_name_are_refused(tmp_path, lwr_dyn_command):
-    for text in ("ends=tool", ":=tool"):
-        code, _, err = lwr_dyn_command("urdf", "x.xacro", "--xacro-arg", text)
-        assert code == 2
-        assert f"--xacro-arg: {text!r}; allowed: NAME:=VALUE" in err
 
 
 def test_without_the_package_one_line_says_how_to_install_it(tmp_path, monkeypatch):

@@ -120,7 +120,7 @@ def two(tmp_path):
     return read_urdf(written(tmp_path, FILE, "two.urdf"))
 
 
-def test_names_axes_and_motors_stay(two):
+def test_names_axes_and_motors_stay_and_what_turns_without_end_is_no_stand_in(two, tmp_path):
     carried = carried_xml(ElementTree.fromstring(FILE))
     assert set(carried.transmissions) == {"j1", "j2"}
     assert "rotor" not in carried.transmissions["j1"]
@@ -135,9 +135,6 @@ def test_names_axes_and_motors_stay(two):
     assert root.find("transmission[@name='t2']/actuator").get("name") == "m2"
     mesh = root.find("link[@name='base']/visual/geometry/mesh")
     assert mesh.attrib == {"filename": "package://two/a.dae", "scale": "1 1 0.5"}
-
-
-def test_what_turns_without_end_is_not_a_stand_in(two, tmp_path):
     text = lwr_dyn.urdf_text(two)
     assert "stand-ins: nothing" in text
     back = read_urdf(written(tmp_path, text, "again.urdf"))

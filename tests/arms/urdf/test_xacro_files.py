@@ -28,13 +28,16 @@ def test_no_code_of_a_file_runs(tmp_path, way, place):
     assert not target.exists()
 
 
-def test_units_of_a_yaml_file_are_read_in_the_same_way(tmp_path):
+def test_units_of_a_yaml_file_are_read_in_the_same_way_and_xacro_is_left_as_it_was(tmp_path):
     (tmp_path / "x.yaml").write_text("a: !degrees 2 * 45\nb: !degrees ().__class__\n", encoding="utf-8")
     path = xacro_file(tmp_path, "<link name=\"${xacro.load_yaml('x.yaml').a}\"/>")
     with pytest.raises(UrdfError, match="the attribute __class__"):
         expand_xacro(path)
     (tmp_path / "x.yaml").write_text("a: !degrees 2 * 45\n", encoding="utf-8")
     assert "1.57079" in expand_xacro(path)
+    before = xacro.safe_eval, xacro.replace_node, xacro.parse
+    expand_xacro(xacro_file(tmp_path, '<link name="${1 + 1}"/>'))
+    assert (xacro.safe_eval, xacro.replace_node, xacro.parse) == before
 
 
 def test_what_is_refused_says_how_it_is_trusted_and_trusted_it_is_run(tmp_path):
@@ -66,9 +69,3 @@ def test_an_argument_without_a_value_is_named_with_its_option(tmp_path, capsys):
         main(["lint", str(path)])
     assert end.value.code == 1
     assert "--xacro-arg side:=VALUE" in capsys.readouterr().out
-
-
-def test_xacro_is_left_as_it_was(tmp_path):
-    before = xacro.safe_eval, xacro.replace_node, xacro.parse
-    expand_xacro(xacro_file(tmp_path, '<link name="${1 + 1}"/>'))
-    assert (xacro.safe_eval, xacro.replace_node, xacro.parse) == before

@@ -22,12 +22,17 @@ def made(text, **names):
     return names["f"]
 
 
-def test_a_short_loop_is_written_out_and_a_long_one_stays():
+def test_a_short_loop_is_written_out_with_a_number_set_once_and_a_long_one_stays():
     loop = "void f(double *a)\n{\n    for (int i = 0; i < COUNT; i++) {\n        a[2 * i + 1] = LIST[i];\n    }\n}\n"
     text = python_text(parsed(loop, {"COUNT": 3}))
     assert "a[5] = LIST_2" in text
     assert "for" not in text
     assert "for i in range(0, 999, 1):" in python_text(parsed(loop, {"COUNT": 999}))
+    loop = "for (int i = 1; i < 4; i++) {\n t = t * x + A[i];\n}"
+    text = f"double f(double x)\n{{\n double t = A[0];\n {loop}\n t = t + t;\n return t;\n}}\n"
+    written = python_text(parsed(text, {}))
+    assert written.count("t = ") == 2
+    assert made(text, A_0=1.0, A_1=2.0, A_2=3.0, A_3=4.0)(0.5) == 2.0 * (((1.0 * 0.5 + 2.0) * 0.5 + 3.0) * 0.5 + 4.0)
 
 
 @pytest.mark.parametrize("x", [-2.0, -0.5, -0.0, 0.5, 7.0, math.nan])
@@ -50,14 +55,6 @@ def test_known_zeros_and_ones_are_left_out():
     choice = "double f(double x)\n{\n    if (A[0] > 0.0) {\n        return x;\n    }\n    return -x;\n}\n"
     assert "if" not in python_text(parsed(choice, {}), {"A_0": 1.0})
     assert "return -x" in python_text(parsed(choice, {}), {"A_0": 0.0})
-
-
-def test_a_number_that_is_set_again_and_again_is_set_once():
-    loop = "for (int i = 1; i < 4; i++) {\n t = t * x + A[i];\n}"
-    text = f"double f(double x)\n{{\n double t = A[0];\n {loop}\n t = t + t;\n return t;\n}}\n"
-    written = python_text(parsed(text, {}))
-    assert written.count("t = ") == 2
-    assert made(text, A_0=1.0, A_1=2.0, A_2=3.0, A_3=4.0)(0.5) == 2.0 * (((1.0 * 0.5 + 2.0) * 0.5 + 3.0) * 0.5 + 4.0)
 
 
 @pytest.mark.slow

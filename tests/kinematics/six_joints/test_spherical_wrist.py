@@ -132,15 +132,7 @@ def test_other_arms_of_the_kind_are_solved_too(name):
     assert_recovered(arm, result, q, 1e-3, FOUND, 0.9)
 
 
-def test_constants_of_the_kr30_are_those_of_its_table():
-    g = spherical_wrist.wrist_arm_geometry(KR30.chain)
-    assert g.lengths == pytest.approx((0.85, np.hypot(0.145, 0.82)), rel=1e-14)
-    assert (abs(g.lateral), np.hypot(*g.lever)) == pytest.approx((0.0, 0.0), abs=1e-14)
-    assert abs(g.straight) == pytest.approx(np.arctan2(0.145, 0.82))
-    assert spherical_wrist.planar_arm(spherical_wrist.six_axes(KR30.chain), ball_starts=4) is None
-
-
-def test_arms_without_a_spherical_wrist_are_refused_by_name():
+def test_constants_are_those_of_the_table_and_arms_without_a_spherical_wrist_are_refused():
     with pytest.raises(OptionError, match="lwr4plus"):
         spherical_wrist.require_wrist_arm(lwr_dyn.load("lwr4plus"))
     assert spherical_wrist.six_axes(random_arm(1, "RRPRRR").chain) is None
@@ -149,3 +141,8 @@ def test_arms_without_a_spherical_wrist_are_refused_by_name():
     assert spherical_wrist.wrist_arm_geometry(other.chain) is None
     with pytest.raises(OptionError, match="only for an S-R-S arm"):
         lwr_dyn.inverse_kinematics(KR30, np.eye(4), arm_angle=0.1)
+    g = spherical_wrist.wrist_arm_geometry(KR30.chain)
+    assert g.lengths == pytest.approx((0.85, np.hypot(0.145, 0.82)), rel=1e-14)
+    assert (abs(g.lateral), np.hypot(*g.lever)) == pytest.approx((0.0, 0.0), abs=1e-14)
+    assert abs(g.straight) == pytest.approx(np.arctan2(0.145, 0.82))
+    assert spherical_wrist.planar_arm(spherical_wrist.six_axes(KR30.chain), ball_starts=4) is None
