@@ -14,6 +14,7 @@ from lwr_dyn.model.arm import caveats_of
 from lwr_dyn.model.caveats import ABSENT_ROTORS, DYNAMICS
 from lwr_dyn.model.chain import MOUNTS, ends_of
 from lwr_dyn.model.spatial import Pose, from_rpy
+from tests.arms.urdf.small_files import saved_run
 from tests.tolerances import EXACT
 
 MOUNT = {"on": "wall", "xyz": [0.3, -0.2, 1.4], "rpy_deg": [0, 10, 35]}
@@ -23,9 +24,7 @@ STATES = np.random.default_rng(4).uniform(-1.0, 1.0, (1, 20, 7))
 
 def test_a_run_finds_its_mounted_arm_again(tmp_path):
     arm = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
-    hold = lwr_dyn.reference("hold", arm, q=STATES[0, 0], duration=0.01)
-    lwr_dyn.simulate(arm, lambda *_: np.zeros(7), hold).save(tmp_path / "x.npz")
-    again = arm_of(lwr_dyn.Run.load(tmp_path / "x.npz"))
+    again = arm_of(saved_run(tmp_path, arm, STATES[0, 0]))
     assert np.array_equal(lwr_dyn.forward_kinematics(again, STATES[0]), lwr_dyn.forward_kinematics(arm, STATES[0]))
     assert np.array_equal(again.chain.bodies[-1].inertia_com, arm.chain.bodies[-1].inertia_com)
 
@@ -93,9 +92,7 @@ def test_a_written_urdf_and_a_run_carry_them(tmp_path):
     for name, text in model_files(arm, "k").items():
         (tmp_path / name).write_text(text)
     assert lwr_dyn.load(tmp_path / "k.urdf").armature.tolist() == [0, 80, 0, 0, 0, 0]
-    hold = lwr_dyn.reference("hold", arm, q=Q, duration=0.01)
-    lwr_dyn.simulate(arm, lambda *_: np.zeros(6), hold).save(tmp_path / "x.npz")
-    assert np.array_equal(arm_of(lwr_dyn.Run.load(tmp_path / "x.npz")).armature, arm.armature)
+    assert np.array_equal(arm_of(saved_run(tmp_path, arm, Q)).armature, arm.armature)
 
 
 def test_advice_says_which_are_missing_and_other_commands_do_not(lwr_dyn_command):

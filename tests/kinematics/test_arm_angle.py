@@ -165,15 +165,6 @@ def test_a_tight_place_between_the_poses_of_the_first_look_is_found():
     assert curve.margin_bound == pytest.approx(curve.margin)
 
 
-def test_the_curve_stays_inside_a_corridor_that_winds_between_its_first_knots():
-    s = np.linspace(0, 2, 1401)
-    middle = np.sin(60 * s)
-    knots, values = arm_angle._smooth(s, Corridor(middle - 0.01, middle + 0.01))
-    psi = CubicSpline(knots, values, bc_type="natural")(s)
-    assert np.abs(psi - middle).max() <= 0.01
-    assert len(knots) > arm_angle.FIRST_KNOTS
-
-
 def test_a_joint_at_its_limit_is_inside():
     T = lwr_dyn.forward_kinematics(LWR, np.tile([0.3, 0.7, 0.2, -1.0, 0.4, 0.9, 0.1], (2, 1)))
     geometry = srs_geometry(LWR.chain)
@@ -216,13 +207,19 @@ def test_a_range_of_more_than_a_turn_counts_as_one_and_result_and_error_say_so()
         best_arm_angle(wide, *spinning(0, 8.0))
 
 
-def test_the_smooth_curve_of_an_even_corridor_is_its_middle():
+def test_the_smooth_curve_is_the_middle_of_an_even_corridor_and_stays_inside_one_that_winds():
     s = np.linspace(0.0, 2.0, 101)
     for middle in (0.3, -2.0):
         at, values = arm_angle._smooth(s, Corridor(np.full(101, middle - 0.2), np.full(101, middle + 0.2)))
         assert np.ptp(values) < 1e-6
         assert np.abs(values - middle).max() < 0.2
         assert at[[0, -1]].tolist() == [0.0, 2.0]
+    s = np.linspace(0, 2, 1401)
+    middle = np.sin(60 * s)
+    knots, values = arm_angle._smooth(s, Corridor(middle - 0.01, middle + 0.01))
+    psi = CubicSpline(knots, values, bc_type="natural")(s)
+    assert np.abs(psi - middle).max() <= 0.01
+    assert len(knots) > arm_angle.FIRST_KNOTS
 
 
 def test_corridors_across_the_seam_are_unwrapped_and_a_chain_that_ends_is_found():

@@ -16,7 +16,12 @@ ARM = lwr_dyn.load("lwr4plus")
 WAM = lwr_dyn.load("wam7")
 
 
-def test_unknown_limits_are_infinite_and_never_zero():
+def test_unknown_limits_are_infinite_and_friction_per_direction_comes_before_their_pair():
+    limits = tuple(replace(x, viscous=0.5) for x in WAM.limits)
+    assert replace(WAM, limits=limits).friction_models() == WAM.friction
+    limits = (JointLimits(viscous=0.5), JointLimits(coulomb=2.0), *[JointLimits()] * 5)
+    plain = replace(WAM, limits=limits, friction=())
+    assert plain.friction_models() == (symmetric(0.0, 0.5), symmetric(2.0, 0.0), *[None] * 5)
     known = JointLimits(-1.0, 2.0, 3.0, 4.0)
     arm = replace(ARM, limits=(known, *(JointLimits(),) * 6))
     for found, first, unknown in ((arm.lower, -1.0, -np.inf), (arm.upper, 2.0, np.inf), (arm.velocity, 3.0, np.inf),
@@ -24,14 +29,6 @@ def test_unknown_limits_are_infinite_and_never_zero():
         assert found.tolist() == [first, *[unknown] * 6]
     assert arm.friction_models() == (None,) * 7
     assert len(repr(ARM.chain)) < 100
-
-
-def test_friction_per_direction_comes_before_the_pair_of_the_limits():
-    limits = tuple(replace(x, viscous=0.5) for x in WAM.limits)
-    assert replace(WAM, limits=limits).friction_models() == WAM.friction
-    limits = (JointLimits(viscous=0.5), JointLimits(coulomb=2.0), *[JointLimits()] * 5)
-    plain = replace(WAM, limits=limits, friction=())
-    assert plain.friction_models() == (symmetric(0.0, 0.5), symmetric(2.0, 0.0), *[None] * 5)
 
 
 def test_a_payload_changes_one_body_and_drops_its_sources_only():

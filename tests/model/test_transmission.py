@@ -47,7 +47,7 @@ def test_power_and_energy_are_the_same_at_joints_and_motors_and_friction_takes_p
     assert ((MAP.reflected_friction(motors, dq) * dq).sum(-1) > 0).all()
 
 
-def test_a_pair_with_equal_motors_stays_apart_and_with_unequal_ones_is_coupled():
+def test_a_pair_of_equal_motors_stays_apart_unequal_ones_are_coupled_and_friction_comes_to_both_joints():
     J = np.full(7, 1.16e-4)
     expected = 1.16e-4 * np.array([42**2, 2 * N2**2, 2 * (N3 / n3) ** 2, 18**2, 2 * N5**2, 2 * N5**2, 14.93**2])
     np.testing.assert_allclose(MAP.reflected_inertia(J), np.diag(expected), rtol=ROUNDING, atol=ROUNDING)
@@ -55,6 +55,11 @@ def test_a_pair_with_equal_motors_stays_apart_and_with_unequal_ones_is_coupled()
     B = MAP.reflected_inertia(J)
     assert B[1, 2] == pytest.approx(-0.5 * 1.16e-4 * N2 * N3 / n3, rel=ROUNDING)
     np.testing.assert_array_equal(B, B.T)
+    # Joint 2 alone: both motors of the pair turn, in opposite directions.
+    motors = tuple(symmetric(0.02 * (i + 1), 1e-4) for i in range(7))
+    f = [0.04 + 1e-4 * N2 * 0.5, -(0.06 + 1e-4 * N2 * 0.5)]
+    expected = [0.0, N2 * (f[0] - f[1]), -N3 / n3 * (f[0] + f[1]), 0.0, 0.0, 0.0, 0.0]
+    assert MAP.reflected_friction(motors, 0.5 * np.eye(7)[1]) == pytest.approx(expected, rel=1e-12)
 
 
 def test_the_sheets_reflected_inertias_are_those_of_nearly_one_motor():
@@ -64,14 +69,6 @@ def test_the_sheets_reflected_inertias_are_those_of_nearly_one_motor():
     assert motors[:4] == pytest.approx([1.139e-4, 1.140e-4, 1.185e-4, 1.049e-4], rel=1e-3)
     assert motors[4:] == pytest.approx([1.848e-5, 1.848e-5, 2.095e-6], rel=1e-3)
     assert 0.094 / per_unit[[1, 3]] == pytest.approx([5.9e-5, 2.9e-4], rel=1e-2)
-
-
-def test_motor_friction_comes_to_both_joints_of_a_pair():
-    """Joint 2 alone: both motors of the pair turn, in opposite directions."""
-    motors = tuple(symmetric(0.02 * (i + 1), 1e-4) for i in range(7))
-    f = [0.04 + 1e-4 * N2 * 0.5, -(0.06 + 1e-4 * N2 * 0.5)]
-    expected = [0.0, N2 * (f[0] - f[1]), -N3 / n3 * (f[0] + f[1]), 0.0, 0.0, 0.0, 0.0]
-    assert MAP.reflected_friction(motors, 0.5 * np.eye(7)[1]) == pytest.approx(expected, rel=1e-12)
 
 
 SINGULAR = "singular matrix; allowed: as many independent motors as joints"

@@ -55,7 +55,7 @@ def test_a_standard_table_comes_back(robot):
     assert table.flange.is_identity()
 
 
-def test_the_panda_has_its_makers_table():
+def test_the_panda_has_its_makers_table_and_the_ur10_no_d_between_parallel_axes():
     """Franka Emika, FCI documentation, Denavit-Hartenberg parameters (Craig's convention)."""
     rows = dh_table(lwr_dyn.load(ROBOTS / "panda_description/urdf/panda.urdf", **PANDA), Convention.MODIFIED).rows
     quarter = math.pi / 2
@@ -63,9 +63,6 @@ def test_the_panda_has_its_makers_table():
     assert [row.d for row in rows] == pytest.approx([0.333, 0, 0.316, 0, 0.384, 0, 0.107], abs=1e-12)
     assert [row.alpha for row in rows] == pytest.approx([0, -quarter, quarter, quarter, -quarter, quarter, quarter])
     assert [row.theta_offset for row in rows] == pytest.approx([0] * 7, abs=1e-12)
-
-
-def test_between_parallel_axes_d_is_0():
     arm = lwr_dyn.load(ROBOTS / "ur_description/urdf/ur10_robot.urdf", tip="tool0")
     rows = dh_table(arm, Convention.STANDARD).rows
     assert [row.d for row in rows] == pytest.approx([0.1273, 0, 0, 0.163941, 0.1157, 0.0922], abs=1e-9)

@@ -15,7 +15,7 @@ from lwr_dyn.arms.export.mjcf_reader import read_mjcf
 from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, MissingPackageError, UnknownNameError, UrdfError
 from lwr_dyn.model.arm import JointLimits
 from tests.arms.export.beside_mujoco import differences
-from tests.arms.urdf.small_files import written
+from tests.arms.urdf.small_files import saved_run, written
 from tests.hostile.changes import changed
 from tests.random_arms import random_arm
 
@@ -83,13 +83,12 @@ def test_options_of_loading_act_as_on_any_arm(tmp_path):
 
 def test_a_run_of_it_finds_its_arm_again(tmp_path):
     arm = again(tmp_path, lwr_dyn.load("lwr4plus"))
-    hold = lwr_dyn.reference("hold", arm, q=[0.1] * 7, duration=0.01)
-    lwr_dyn.simulate(arm, lwr_dyn.controller("pid", arm), hold).save(tmp_path / "run.npz")
-    lwr_dyn.replay(lwr_dyn.Run.load(tmp_path / "run.npz"), tmp_path / "run.html")
+    run = saved_run(tmp_path, arm, [0.1] * 7)
+    lwr_dyn.replay(run, tmp_path / "run.html")
     assert (tmp_path / "run.html").is_file()
     (tmp_path / "arm.xml").write_text(mjcf_text(lwr_dyn.load("wam7")), encoding="utf-8")
     with pytest.raises(FileAccessError, match="has changed since the run was made"):
-        lwr_dyn.replay(lwr_dyn.Run.load(tmp_path / "run.npz"), tmp_path / "run.html")
+        lwr_dyn.replay(run, tmp_path / "run.html")
 
 
 ENDS = ("--from-deg", "0,30,0,-70,0,35,0", "--to-deg", "1,31,0,-70,0,35,0")
@@ -201,7 +200,7 @@ def test_gears_drives_and_losses_are_those_of_the_joint(foreign):
     assert arm.sources["wrist.mass"][0].cell == "//body[@name='wrist']"
 
 
-def test_what_an_arm_has_no_place_for_is_named(foreign):
+def test_what_an_arm_has_no_place_for_is_named_and_so_is_a_missing_mujoco(foreign, monkeypatch):
     notes = "\n".join(lwr_dyn.load(foreign).notes)
     for what in ("springs of joints", "equality constraints", "tendons", "fluid forces", "feedback of servos"):
         assert f"foreign.xml: {what} of the MJCF left out" in notes
@@ -215,6 +214,9 @@ def test_what_an_arm_has_no_place_for_is_named(foreign):
     assert not weightless.chain.gravity.any()
     (foreign.parent / "classes.xml").write_text(CLASSES.replace("0.7", "0.8"))
     assert lwr_dyn.load(foreign).digest != weightless.digest  # a change in an included file
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(MissingPackageError, match=r"mujoco is not installed; .*'lwr_dyn\[parity"):
+        lwr_dyn.load(foreign)
 
 
 @pytest.mark.skipif(int(mujoco.__version__.split(".")[0]) < 4, reason="a motor has an armature from MuJoCo 4 on")
@@ -227,12 +229,6 @@ def test_an_armature_of_a_motor_counts_with_the_square_of_its_gear(tmp_path):
     assert arm.armature.tolist() == [50.1]
     assert differences(path, arm).max() < 1e-12
     assert arm.limits[0].viscous == pytest.approx(20.0)
-
-
-def test_a_missing_mujoco_is_one_line(foreign, monkeypatch):
-    monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(MissingPackageError, match=r"mujoco is not installed; .*'lwr_dyn\[parity"):
-        lwr_dyn.load(foreign)
 
 
 @pytest.mark.slow

@@ -42,14 +42,6 @@ def test_dh_rows_are_in_si_and_products_of_the_integral_sign_are_negated():
     np.testing.assert_array_equal(tensor(plain).diagonal(), tensor(negated).diagonal())
 
 
-def test_a_tensor_about_the_origin_is_brought_to_the_centre_of_mass():
-    arm = assembled(('about = "com"', 'about = "origin"'))
-    moved = tensor(assembled()) - steiner(2.0, np.array([0.0, 0.0, -0.05]))
-    np.testing.assert_allclose(tensor(arm), moved, rtol=1e-14)
-    cells = [source.cell for source in arm.sources["link_1.inertia"]]
-    assert cells == ["inertial.inertia.values[0]", "inertial.mass.values[0]", "inertial.com.values[0]"]
-
-
 @pytest.mark.parametrize(("zero", "unit", "off"), [(-90, "deg", 0.0), (-np.pi / 2, "rad", 1e-15)])
 def test_limits_move_by_the_printed_zero_without_rounding_where_units_are_the_same(zero, unit, off):
     column = f'zero = {{ values = [{zero!r}, 0], unit = ["{unit}", "m"], where = "p. 1", kind = "assumed" }}\n'
@@ -58,7 +50,7 @@ def test_limits_move_by_the_printed_zero_without_rounding_where_units_are_the_sa
     assert [s.cell for s in arm.sources["joint_1.lower"]] == ["limits.lower.values[0]", "limits.zero.values[0]"]
 
 
-def test_what_the_file_leaves_out_is_unknown_and_gravity_is_the_standard_one():
+def test_a_tensor_is_brought_to_the_centre_of_mass_what_is_left_out_is_unknown_and_gravity_the_standard_one():
     gravity = next(line for line in GOOD.splitlines() if line.startswith("gravity ="))
     effort = next(line for line in GOOD.splitlines() if line.startswith("effort ="))
     arm = assembled((gravity, ""), (effort, ""))
@@ -66,6 +58,11 @@ def test_what_the_file_leaves_out_is_unknown_and_gravity_is_the_standard_one():
     assert [limit.effort for limit in arm.limits] == [None, None]
     assert arm.limits[0].velocity == pytest.approx(np.radians(120.0))
     assert arm.sources["joint_1.effort"] == ()
+    arm = assembled(('about = "com"', 'about = "origin"'))
+    moved = tensor(assembled()) - steiner(2.0, np.array([0.0, 0.0, -0.05]))
+    np.testing.assert_allclose(tensor(arm), moved, rtol=1e-14)
+    cells = [source.cell for source in arm.sources["link_1.inertia"]]
+    assert cells == ["inertial.inertia.values[0]", "inertial.mass.values[0]", "inertial.com.values[0]"]
 
 
 def column(name, values, unit):

@@ -46,11 +46,13 @@ def test_rows_and_their_shapes():
     assert {name: rule.row for name, rule in RULES.items() if rule.row} == shapes
 
 
-def test_columns_in_mixed_units_and_nested_rows_become_si():
+def test_units_are_what_they_are_and_columns_in_mixed_ones_and_nested_rows_become_si():
     mixed = Column("limits.lower", (90.0, 50.0), ("deg", "mm"), "p. 1", "printed")
     np.testing.assert_array_equal(mixed.si(), [np.pi / 2, 0.05])
     tensor = Column("inertial.inertia", (((1.0, 2.0), (3.0, 4.0)),), ("kg mm^2",), "p. 1", "printed")
     np.testing.assert_allclose(tensor.si(), [[[1e-6, 2e-6], [3e-6, 4e-6]]], rtol=1e-15)
+    assert {unit: factor for unit, (_, factor) in UNITS.items() if factor != 1.0} == pytest.approx(DEFINED, rel=1e-15)
+    assert to_si(2.5, "mm") == pytest.approx(2.5e-3, rel=1e-15)
 
 
 def test_patches_of_an_erratum_are_of_tables_or_of_results():
@@ -97,11 +99,6 @@ DEFINED = {
     "deg/s": math.pi / 180, "rpm": 2 * math.pi / 60, "mm/s": 1e-3,
 }  # fmt: skip
 GOOD = template("own.toml", "own", "RR")
-
-
-def test_units_are_what_they_are_and_no_other_unit_scales():
-    assert {unit: factor for unit, (_, factor) in UNITS.items() if factor != 1.0} == pytest.approx(DEFINED, rel=1e-15)
-    assert to_si(2.5, "mm") == pytest.approx(2.5e-3, rel=1e-15)
 
 
 @pytest.mark.parametrize(

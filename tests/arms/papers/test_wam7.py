@@ -75,7 +75,7 @@ def test_masses_and_the_gravity_torques_that_are_published():
     assert 2.3828 / grouped - 1 == pytest.approx(0.021, abs=5e-4)
 
 
-def test_limits_speeds_and_gains():
+def test_limits_speeds_and_gains_and_friction_over_stiffness_at_the_levels_of_figure_7():
     arm = lwr_dyn.load("wam7")
     assert arm.lower.tolist() == [-2.6, -2.0, -2.8, -0.9, -4.76, -1.6, -3.0]
     assert arm.upper.tolist() == [2.6, 2.0, 2.8, 3.1, 1.24, 1.6, 3.0]
@@ -88,9 +88,6 @@ def test_limits_speeds_and_gains():
     assert gains.Kd.tolist() == [10, 20, 5, 2, 0.5, 0.5, 0.05]
     assert gains.effort.tolist() == [25, 20, 15, 15, 5, 5, 5]
     assert not any(x.flags.writeable for x in (gains.Kp, gains.Ki, gains.Kd, gains.effort))
-
-
-def test_friction_over_the_manufacturers_stiffness_gives_the_levels_of_figure_7():
     arm = lwr_dyn.load("wam7")
     cruise = 0.5 / 6
     levels = [1e3 * f.torque(cruise).item() / kp for f, kp in zip(arm.friction, arm.gains.Kp, strict=True)]

@@ -101,15 +101,12 @@ def test_our_robots_have_no_gaps_and_stand_on_the_floor(robot):
     assert ends[..., 2].min() >= floor_height(arm) - 1e-6
 
 
-def test_the_stand_is_as_high_as_the_table_says(own_arm):
+def test_the_stand_is_as_high_as_the_table_says_and_without_one_nothing_is_below_the_floor(own_arm):
     assert own_arm.drawing.pedestal == 0.3
     assert floor_height(own_arm) == pytest.approx(-0.3, abs=1e-6)
     assert floor_height(lwr_dyn.load("wam7")) == pytest.approx(-0.35, abs=1e-6)
     endless = replace(own_arm, limits=tuple(replace(x, lower=-1e6, upper=1e6) for x in own_arm.limits))
     assert max(shape.length for shape in primitives(endless)) < 10.0  # a travel without end is not drawn to its end
-
-
-def test_without_a_stand_nothing_at_the_base_is_below_the_floor(own_arm):
     bare = replace(own_arm, drawing=Drawing())
     ends, radii = axes_of_shapes(bare, np.zeros(bare.n))
     near = np.linalg.norm(ends, axis=2).min(axis=1) < 0.05

@@ -28,13 +28,20 @@ def test_every_attribute_names_cells_that_are_listed_or_has_a_word(robot):
         assert attribute.get("word") != UNSOURCED
 
 
-def test_an_arm_that_was_built_in_code_has_no_source():
+def test_an_arm_that_was_built_in_code_has_no_source_and_blocks_only_what_the_arm_has():
     text = provenance_text(replace(random_arm(3, "RP"), title="Größe"))
     assert '"title": "Größe"' in text
     sidecar = json.loads(text)
     mass = sidecar["attributes"]["/robot/link[@name='link_1']/inertial/mass/@value"]
     assert mass["word"] == UNSOURCED
     assert sidecar["quantities"]["link_1.mass"] == []
+    arm = lwr_dyn.load("wam7")
+    blocks = model_files.sidecar_blocks(arm)
+    assert set(blocks) == {"friction", "transmission", "gains"}
+    assert blocks["transmission"]["motors_by_joints"] == arm.transmission.matrix.tolist()
+    assert all(arm.sources[name] for name in model_files.sidecar_quantities(arm))
+    plain = random_arm(3, "RP")
+    assert (model_files.sidecar_blocks(plain), model_files.sidecar_quantities(plain)) == ({}, ())
 
 
 def test_a_standard_dh_row_is_all_after_the_motion():
@@ -56,13 +63,3 @@ def test_a_standard_dh_row_is_all_after_the_motion():
         one = replace(alone, chain=replace(alone.chain, links=(link,)), sources=cells)
         assert tuple(source.cell for source in quantity_sources(one, f"{link.joint}.after")) == rows
         assert quantity_sources(one, f"{link.joint}.before")[0].cell == "base.xyz"
-
-
-def test_blocks_have_only_what_the_arm_has():
-    arm = lwr_dyn.load("wam7")
-    blocks = model_files.sidecar_blocks(arm)
-    assert set(blocks) == {"friction", "transmission", "gains"}
-    assert blocks["transmission"]["motors_by_joints"] == arm.transmission.matrix.tolist()
-    assert all(arm.sources[name] for name in model_files.sidecar_quantities(arm))
-    plain = random_arm(3, "RP")
-    assert (model_files.sidecar_blocks(plain), model_files.sidecar_quantities(plain)) == ({}, ())

@@ -78,13 +78,19 @@ def test_zeros_on_a_welded_frame_say_nothing_about_the_link_that_carries_it(tmp_
     assert np.array_equal(framed.inertia_com, alone.inertia_com)
 
 
-def test_an_axis_has_a_direction_and_no_length(tmp_path):
+def test_an_axis_has_a_direction_and_no_length_and_unknown_shapes_do_not_matter(tmp_path, caplog):
     text = robot(joint("j", "a", "b", axis="1 2 -2"), a="", b=LINK)
     one, two = (read_urdf(written(tmp_path, t)) for t in (text, text.replace("1 2 -2", "10 20 -20")))
     assert same_dynamics(one, two)
     turned = lwr_dyn.forward_kinematics(one, [1.0]) @ np.linalg.inv(lwr_dyn.forward_kinematics(one, [0.0]))
     axis = lwr_dyn.forward_kinematics(one, [0.0])[:3, :3] @ np.array([1, 2, -2]) / 3
     assert np.abs(turned[:3, :3] @ axis - axis).max() <= METRES
+    shapes = (
+        '<visual><geometry><capsule radius="1"/></geometry></visual>'
+        '<collision><geometry><mesh filename="no.stl"/></geometry></collision>'
+    )
+    assert read_urdf(written(tmp_path, robot(joint("j", "a", "b"), a=shapes, b=LINK + shapes))).n == 1
+    assert not caplog.records
 
 
 def test_a_link_welded_on_adds_its_body_and_an_inertial_frame_may_be_turned(tmp_path):
@@ -167,12 +173,3 @@ def test_names_of_our_writer_are_free_for_a_foreign_arm(tmp_path):
     assert arm.joint_names == ("flange_joint", "j2")
     assert [x.link for x in arm.chain.links] == ["base_", "flange_"]
     assert same_dynamics(read_urdf(written(tmp_path, urdf_text(arm), "again.urdf")), arm)
-
-
-def test_unknown_shapes_and_missing_meshes_do_not_matter(tmp_path, caplog):
-    shapes = (
-        '<visual><geometry><capsule radius="1"/></geometry></visual>'
-        '<collision><geometry><mesh filename="no.stl"/></geometry></collision>'
-    )
-    assert read_urdf(written(tmp_path, robot(joint("j", "a", "b"), a=shapes, b=LINK + shapes))).n == 1
-    assert not caplog.records

@@ -60,7 +60,7 @@ def test_a_broken_file_is_one_line(tmp_path, case, caplog):
     assert not caplog.records
 
 
-def test_wrong_tips_and_locks_are_refused_with_the_known_names(tmp_path):
+def test_wrong_tips_locks_and_files_that_cannot_be_read_are_refused(tmp_path):
     path = written(tmp_path, TWO)
     for error, words, options in (
         (UnknownNameError, "known: b, c, a", {"tip": "z"}),
@@ -69,9 +69,6 @@ def test_wrong_tips_and_locks_are_refused_with_the_known_names(tmp_path):
     ):
         with pytest.raises(error, match=words):
             read_urdf(path, **options)
-
-
-def test_files_that_cannot_be_read(tmp_path):
     for path, words in ((tmp_path / "none.urdf", "no such file"), (tmp_path, "directory")):
         with pytest.raises(FileAccessError, match=words):
             read_urdf(path)

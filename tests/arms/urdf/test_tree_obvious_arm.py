@@ -10,7 +10,7 @@ from lwr_dyn.arms.urdf.parse import parse_urdf
 from lwr_dyn.arms.urdf.reader import read_urdf
 from lwr_dyn.arms.urdf.tree import build_tree, obvious_tip, with_held_joints
 from lwr_dyn.foundation.errors import UnknownNameError, UrdfError
-from tests.arms.urdf.small_files import LIMIT, LINK, joint, robot, written
+from tests.arms.urdf.small_files import LIMIT, LINK, joint, robot, saved_run, written
 
 MIMIC = LIMIT + '<mimic joint="{}" multiplier="-2" offset="0.1"/>'
 
@@ -198,12 +198,11 @@ def test_a_xacro_is_expanded_with_its_arguments_and_those_without_a_name_are_ref
 def test_a_run_of_a_xacro_finds_its_arm_again(tmp_path):
     path = written(tmp_path, MACROS, "arm.urdf.xacro")
     arm = lwr_dyn.load(path, xacro_args={"ends": "tip"}, mount="wall")
-    hold = lwr_dyn.reference("hold", arm, q=[0.1], duration=0.002)
-    lwr_dyn.simulate(arm, lambda *_: np.zeros(1), hold).save(tmp_path / "x.npz")
-    lwr_dyn.replay(lwr_dyn.Run.load(tmp_path / "x.npz"), tmp_path / "x.html")
+    run = saved_run(tmp_path, arm, [0.1])
+    lwr_dyn.replay(run, tmp_path / "x.html")
     path.write_text(MACROS.replace('value="2"', 'value="3"'), encoding="utf-8")
     with pytest.raises(OSError, match="has changed since the run was made"):
-        lwr_dyn.replay(lwr_dyn.Run.load(tmp_path / "x.npz"), tmp_path / "x.html")
+        lwr_dyn.replay(run, tmp_path / "x.html")
 
 
 def test_without_the_package_one_line_says_how_to_install_it(tmp_path, monkeypatch):

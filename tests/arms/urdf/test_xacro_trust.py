@@ -1,6 +1,7 @@
 """Who is trusted is said by the user alone, file by file: `trust_xacro`, `--trust-xacro`."""
 
-import numpy as np
+from pathlib import Path
+
 import pytest
 import xacro  # noqa: F401  its tests are skipped without it
 
@@ -8,7 +9,7 @@ import lwr_dyn
 from lwr_dyn.arms.loading import arm_of
 from lwr_dyn.checks.urdf.lint import lint_file
 from lwr_dyn.foundation.errors import UrdfError
-from lwr_dyn.model.run import Run
+from tests.arms.urdf.small_files import saved_run
 
 NEEDS_PYTHON = """<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:property name="n" value="${[k for k in [3, 4]][1]}"/>
@@ -62,9 +63,7 @@ def test_a_folder_is_never_trusted(file, lwr_dyn_command):
 def test_a_run_does_not_say_what_to_trust(file):
     """A run file of a stranger may name a xacro beside it."""
     arm = lwr_dyn.load(file, trust_xacro=True)
-    hold = lwr_dyn.reference("hold", arm, q=np.zeros(1))
-    lwr_dyn.simulate(arm, lwr_dyn.controller("pd-gravity", arm), hold, duration=0.01).save("run.npz")
-    kept = Run.load("run.npz")
+    kept = saved_run(Path("."), arm, [0.0])
     assert kept.meta["loaded_with"]["trust_xacro"] is True
     with pytest.raises(UrdfError, match="ListComp"):
         arm_of(kept)
