@@ -22,14 +22,7 @@ TOOL = {"xyz": [0.02, 0, 0.15], "rpy": [0.1, 0.7, -0.3], "mass": 1.3, "inertia":
 STATES = np.random.default_rng(4).uniform(-1.0, 1.0, (1, 20, 7))
 
 
-def test_a_run_finds_its_mounted_arm_again(tmp_path):
-    arm = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
-    again = arm_of(saved_run(tmp_path, arm, STATES[0, 0]))
-    assert np.array_equal(lwr_dyn.forward_kinematics(again, STATES[0]), lwr_dyn.forward_kinematics(arm, STATES[0]))
-    assert np.array_equal(again.chain.bodies[-1].inertia_com, arm.chain.bodies[-1].inertia_com)
-
-
-def test_ways_to_say_the_same(tmp_path):
+def test_ways_to_say_the_same_by_the_command_too(tmp_path, lwr_dyn_command):
     file = tmp_path / "tool.toml"
     file.write_text("xyz = [0, 0, 1]\nrpy_deg = [0, 90, 0]\nmass = 2\ninertia = [1, 0, 0, 2, 0, 2]\n")
     pose = Pose(from_rpy((0, np.pi / 2, 0)), np.array([0.0, 0.0, 1.0]))
@@ -44,9 +37,6 @@ def test_ways_to_say_the_same(tmp_path):
     mounts = ["ceiling", {"on": "ceiling"}, {"rpy_deg": [180, 0, 0]}, MOUNTS["ceiling"].matrix()]
     bases = [ends_of(lwr_dyn.load("lwr4plus", mount=mount).installation)[0].matrix() for mount in mounts]
     assert all(np.array_equal(base, bases[0]) for base in bases)
-
-
-def test_the_command_takes_both(lwr_dyn_command, tmp_path):
     file = tmp_path / "g.toml"
     file.write_text("xyz = [0, 0, 0.1]\n")
     options = ["--mount", "ceiling", "--mount", "xyz=0,0,2.5", "--tool", str(file)]
@@ -87,12 +77,16 @@ def test_rotors_of_an_option_or_a_file_take_the_place_of_the_sources_own(tmp_pat
     assert (code, lwr_dyn_command("urdf", "kr30ha", "--rotor", "A2=80", "--rotor", "4=0.25")[1]) == (0, out)
 
 
-def test_a_written_urdf_and_a_run_carry_them(tmp_path):
+def test_a_written_urdf_carries_rotors_and_a_run_finds_its_arm_with_them_its_mount_and_its_tool_again(tmp_path):
     arm = lwr_dyn.load("kr30ha", rotor={"A2": 80.0})
     for name, text in model_files(arm, "k").items():
         (tmp_path / name).write_text(text)
     assert lwr_dyn.load(tmp_path / "k.urdf").armature.tolist() == [0, 80, 0, 0, 0, 0]
     assert np.array_equal(arm_of(saved_run(tmp_path, arm, Q)).armature, arm.armature)
+    arm = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
+    again = arm_of(saved_run(tmp_path, arm, STATES[0, 0]))
+    assert np.array_equal(lwr_dyn.forward_kinematics(again, STATES[0]), lwr_dyn.forward_kinematics(arm, STATES[0]))
+    assert np.array_equal(again.chain.bodies[-1].inertia_com, arm.chain.bodies[-1].inertia_com)
 
 
 def test_advice_says_which_are_missing_and_other_commands_do_not(lwr_dyn_command):

@@ -114,14 +114,7 @@ def test_the_curve_is_twice_differentiable_and_its_joints_do_not_jump(seed):
     assert np.abs(np.diff(kept(best_arm_angle(LWR, s, T), s, T)[0] - q, axis=0)).max() == 0.0
 
 
-def test_a_turn_no_wrist_can_follow_is_distinguished_from_a_pose_outside():
-    with pytest.raises(OutsideLimitsError, match=r"joint_7 is outside by .*without a jump") as caught:
-        best_arm_angle(LWR, *spinning(0, 8.0, 41))
-    assert 0 < caught.value.at < 1
-    assert 0.0 < caught.value.excess < 0.2
-
-
-def test_out_of_reach_names_place_and_distance():
+def test_out_of_reach_names_place_and_distance_and_a_turn_that_no_wrist_can_follow_its_joint():
     s, T = ist(101)
     T[60, 0, 3] = -3.0
     with pytest.raises(OutOfReachError, match=r"s = 0\.82") as caught:
@@ -129,6 +122,10 @@ def test_out_of_reach_names_place_and_distance():
     assert caught.value.at == s[60]
     w = T[60, :3, 3] - 0.078 * T[60, :3, 2]
     assert caught.value.distance == pytest.approx(np.linalg.norm(w) - 0.79)
+    with pytest.raises(OutsideLimitsError, match=r"joint_7 is outside by .*without a jump") as caught:
+        best_arm_angle(LWR, *spinning(0, 8.0, 41))
+    assert 0 < caught.value.at < 1
+    assert 0.0 < caught.value.excess < 0.2
 
 
 def test_a_wrist_that_passes_the_axis_needs_another_reference():
@@ -165,13 +162,18 @@ def test_a_tight_place_between_the_poses_of_the_first_look_is_found():
     assert curve.margin_bound == pytest.approx(curve.margin)
 
 
-def test_a_joint_at_its_limit_is_inside():
+def test_a_joint_at_its_limit_is_inside_and_any_s_r_s_arm_has_its_best_angle():
     T = lwr_dyn.forward_kinematics(LWR, np.tile([0.3, 0.7, 0.2, -1.0, 0.4, 0.9, 0.1], (2, 1)))
     geometry = srs_geometry(LWR.chain)
     triangle = arm_triangle(geometry, T)
     bend = min(float(abs(wrap(elbow_angle(geometry, triangle, np.full(2, x))))[0]) for x in (1.0, -1.0))
     tight = replace(LWR, limits=(*LWR.limits[:3], JointLimits(-bend, bend), *LWR.limits[4:]))
     assert best_arm_angle(tight, [0.0, 1.0], T).margin_bound == 0.0
+    arm = random_srs_arm(11, (2.0, 3.0))
+    ranges = joint_ranges(arm)
+    q = ranges.middle + 0.3 * np.sin(np.linspace(0, 3, 101)[:, None] + np.arange(7))
+    s, T = np.linspace(0, 3, 101), lwr_dyn.forward_kinematics(arm, q)
+    assert best_arm_angle(arm, s, T).margin > 1.0
 
 
 def test_no_curve_in_the_corridor_bends_less():
@@ -188,14 +190,6 @@ def test_no_curve_in_the_corridor_bends_less():
     assert np.abs(best - middle).max() <= 0.4 + 1e-12
     for change in 1e-3 * rng.normal(size=(200, 9)):
         assert cost(np.clip(best + change, middle - half, middle + half)) >= cost(best) * (1 - 1e-9)
-
-
-def test_works_on_any_s_r_s_arm():
-    arm = random_srs_arm(11, (2.0, 3.0))
-    ranges = joint_ranges(arm)
-    q = ranges.middle + 0.3 * np.sin(np.linspace(0, 3, 101)[:, None] + np.arange(7))
-    s, T = np.linspace(0, 3, 101), lwr_dyn.forward_kinematics(arm, q)
-    assert best_arm_angle(arm, s, T).margin > 1.0
 
 
 @pytest.mark.slow

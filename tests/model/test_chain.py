@@ -114,7 +114,7 @@ def test_a_row_is_its_product_of_rotations_and_shifts(sign):
             np.testing.assert_allclose(whole.matrix(), wanted.matrix(), atol=1e-15)
 
 
-def test_unknown_parts_of_bodies_stay_unknown():
+def test_joined_bodies_keep_what_is_unknown_and_exactly_symmetric_tensors_and_zeros_change_nothing():
     body = Body(1.0, np.array([0.1, 0.0, 0.0]), np.eye(3), (4, 6))
     assert body.seen_from(Pose.identity()).unknown == (4, 6)
     assert body.seen_from(Pose(np.eye(3), np.array([0.0, 0.0, 1e-9]))).unknown == tuple(range(10))
@@ -124,6 +124,14 @@ def test_unknown_parts_of_bodies_stay_unknown():
     moments = Body(0.0, np.zeros(3), np.eye(3)) + Body(0.0, np.zeros(3), 2.0 * np.eye(3))
     assert (moments.mass, moments.inertia_com.tolist()) == (0.0, (3.0 * np.eye(3)).tolist())
     assert Rotor(-50.0, 2e-4).armature == pytest.approx(0.5)
+    rng = np.random.default_rng(6)
+    for _ in range(20):
+        one, two = random_body(rng), random_body(rng)
+        for body in (one.seen_from(random_pose(rng)), one.seen_from(random_pose(rng)) + two):
+            assert np.array_equal(body.inertia_com, body.inertia_com.T)
+    for joined in (one + Body.massless(), Body.massless() + one):
+        assert joined is one
+    assert (Body.massless() + Body.massless()).mass == 0.0
 
 
 def test_the_first_links_end_in_the_frame_of_the_last_of_them():
@@ -133,17 +141,6 @@ def test_the_first_links_end_in_the_frame_of_the_last_of_them():
     np.testing.assert_array_equal(last, flange)
     np.testing.assert_array_equal(last, list(link_frames(chain, q))[1])
     assert first_links(chain, chain.n) is chain
-
-
-def test_a_turned_or_joined_body_has_an_exactly_symmetric_tensor_and_a_body_of_zeros_changes_nothing():
-    rng = np.random.default_rng(6)
-    for _ in range(20):
-        one, two = random_body(rng), random_body(rng)
-        for body in (one.seen_from(random_pose(rng)), one.seen_from(random_pose(rng)) + two):
-            assert np.array_equal(body.inertia_com, body.inertia_com.T)
-    for joined in (one + Body.massless(), Body.massless() + one):
-        assert joined is one
-    assert (Body.massless() + Body.massless()).mass == 0.0
 
 
 LAMINA = np.diag([1.0, 1.0, 2.0])

@@ -56,7 +56,7 @@ def stored(tmp_path):
     return write
 
 
-def test_a_run_file_gives_the_run_back(tmp_path):
+def test_a_run_file_gives_the_run_back_with_headers_of_the_second_version_too(tmp_path, stored):
     work = {"actuator": np.ones(3), "stop": np.zeros(3)}
     run = short(signals={"pair": PAIR}, work=work, events=EVENTS, meta={"robot": "own", "audit": {"a": 1}})
     run.save(tmp_path / "x.npz")
@@ -65,9 +65,6 @@ def test_a_run_file_gives_the_run_back(tmp_path):
     assert contents(back) == contents(run)
     assert not any(x.flags.writeable for x in (back.t, back.q, back.energy, back.work["stop"], back.signals["pair"]))
     assert repr(back) == "Run(own, n=2, 3 samples to t = 1.5 s, 3 events)"
-
-
-def test_arrays_with_headers_of_the_second_version_are_read(tmp_path, stored):
     with zipfile.ZipFile(stored()) as old, zipfile.ZipFile(tmp_path / "y.npz", "w") as new:
         for name in old.namelist():
             stream = io.BytesIO()

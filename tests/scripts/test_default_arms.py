@@ -48,25 +48,22 @@ def test_outcomes_are_told_apart(kind):
     assert judged(ENDS[kind], of_simulate).kind == kind
 
 
-def test_unknown_limits_count_as_kept_and_a_tip_is_passed_on(tmp_path):
-    found = judged(Done(0, record(None), "", 1.0), of_simulate)
-    assert (found.kind, found.gist, found.tip_mm) == ("ran", "pid, 2 steps a sample, move", 1.5)
-    assert ListedArm(tmp_path, "hand").words == (str(tmp_path), "--tip", "hand")
-    assert ListedArm(tmp_path, None).words == (str(tmp_path),)
-
-
 def compared(*runs, failures=()):
     rows = [{"typed": law, "unstable": cut, "metrics": {"within_limits": within}} for law, cut, within in runs]
     return of_compare({"runs": rows, "failures": list(failures)})
 
 
-def test_a_comparison_is_judged_by_its_worst_run():
+def test_a_comparison_is_judged_by_its_worst_run_unknown_limits_are_kept_and_a_tip_is_passed_on(tmp_path):
     left_out = ["robust: left out: at 1000 Hz it is unstable"]
     assert compared(("pid", False, True), ("adaptive", False, None), failures=left_out).kind == "ran"
     found = compared(("pid", False, True), ("robust", True, None), ("adaptive", False, False))
     assert (found.kind, found.gist) == ("outside its limits", "3 laws, 0 left out; outside: robust, adaptive")
     assert compared(("pid", False, True), failures=["robust: the simulation diverges"]).kind == "diverged"
     assert compared(failures=left_out).kind == "refused"
+    found = judged(Done(0, record(None), "", 1.0), of_simulate)
+    assert (found.kind, found.gist, found.tip_mm) == ("ran", "pid, 2 steps a sample, move", 1.5)
+    assert ListedArm(tmp_path, "hand").words == (str(tmp_path), "--tip", "hand")
+    assert ListedArm(tmp_path, None).words == (str(tmp_path),)
 
 
 @pytest.mark.parametrize(("value", "kind"), [(3.0, "ran"), (None, "crashed"), (0.0, "crashed")])

@@ -36,13 +36,10 @@ def an_error(code, message, line=2):
     return Diagnostic(SourcePosition("x.src", line), "error", code, message)
 
 
-def test_a_program_counts_once_and_its_names_are_those_that_other_modules_see(folder):
+def test_a_program_counts_once_with_the_names_that_other_modules_see_and_no_values_or_members(folder):
     names = [path.stem for path in program_paths(folder)]
     assert names == ["calls", "good", "lent", "broken", "names"]
     assert corpus_names(folder).shared["ann+cell"] == {"GOOD", "CALLS", "LENT", "MORE", "INT", "TWICE", "ODD_OPTION"}
-
-
-def test_words_of_declarations_leave_out_values_arguments_and_members():
     text = b"DECL INT A, B[3]\nDECL FRAME F={X 1}\nDEF up(P :IN )\nSTRUC S INT M\nENUM E ON\nX = 1 ; DECL INT NO\n"
     assert declared_words(text) == {"INT", "A", "B", "FRAME", "F", "UP", "S", "E"}
 

@@ -153,7 +153,7 @@ RACK = 0.965
 """[m] of the boom of the Stanford arm, 38 in."""
 
 
-def test_the_centres_of_the_stanford_arm_are_ten_times_too_far():
+def test_the_centres_of_the_stanford_arm_are_ten_times_too_far_and_its_moments_about_the_origins():
     coded, read = (arm_with("stanford", *ids).chain.bodies for ids in ((), ("centres-tenfold",)))
     assert np.linalg.norm(coded[2].com) > 6 * RACK
     for before, after in zip(coded[1:], read[1:], strict=True):
@@ -163,10 +163,7 @@ def test_the_centres_of_the_stanford_arm_are_ten_times_too_far():
     largest = [np.abs(lwr_dyn.dynamics_of(arm_of("stanford", x)).gravity_vector(states(6, 200)[0])).max() for x in
                ("toolbox", "read")]  # fmt: skip
     assert largest[0] > 3 * largest[1]
-
-
-def test_the_moments_of_the_stanford_arm_are_about_the_origins():
-    """No mass within the rack has the printed moment about its centre; about the origin m r^2 lies just below it."""
+    # No mass within the rack has the printed moment about its centre; about the origin m r^2 lies just below it.
     boom = arm_with("stanford").chain.bodies[2]
     assert boom.mass * (RACK / 2) ** 2 < 1.0 < 2.5 < boom.inertia_com[0, 0]
     read = arm_with("stanford", "centres-tenfold", "moments-about-origins").chain.bodies
@@ -219,16 +216,13 @@ UR5_MASSES = [3.7, 8.393, 2.275, 1.219, 1.219, 0.1879]
 RADII = np.array([0.06, 0.06, 0.06, 0.06, 0.06, 0.0375])
 
 
-def test_the_tensors_of_the_ur5e_were_computed_from_other_masses():
+def test_the_tensors_of_the_ur5e_were_computed_from_other_masses_and_those_of_the_ur10e_are_the_ur10s():
     """I_zz = m r^2 / 2: as printed with the masses of the UR5, as read with those that stand beside."""
     printed, read = (open_paper("ur5e", x).columns for x in ("maker", "rescaled"))
     masses = [[2 * t[2][2] for t in x["inertial.inertia"].values] / RADII**2 for x in (printed, read)]
     np.testing.assert_allclose(masses[0], UR5_MASSES, rtol=5e-5)
     np.testing.assert_allclose(masses[1], printed["inertial.mass"].values, rtol=1e-12)
     assert np.abs(masses[0] / np.array(printed["inertial.mass"].values) - 1.0).max() > 0.4
-
-
-def test_the_tensors_of_the_ur10e_are_those_of_the_ur10():
     table = printed_table(open_paper("ur10"))  # in their own axes: they are turned for the search of conventions
     bodies = arm_of("ur10", "maker").chain.bodies
     np.testing.assert_allclose(table.inertia, [body.inertia_com for body in bodies], atol=1e-15)

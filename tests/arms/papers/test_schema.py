@@ -21,7 +21,7 @@ def test_every_quantity_of_the_schema_has_a_unit_in_si(name):
         assert 1.0 in [factor for known, factor in UNITS.values() if known == quantity]
 
 
-def test_what_a_table_must_have_and_where_a_cell_may_be_unknown():
+def test_what_a_table_must_have_where_a_cell_may_be_unknown_and_shapes_of_rows():
     of_the_body = {"inertial.mass", "inertial.com", "inertial.inertia"}
     bounds = {f"limits.{name}" for name in ("lower", "upper", "velocity", "effort")}
     drives = {"rotors.gear_ratio", "rotors.inertia", "rotors.armature", "friction.viscous", "friction.coulomb"}
@@ -30,10 +30,7 @@ def test_what_a_table_must_have_and_where_a_cell_may_be_unknown():
     frames, springs = {"origins.xyz", "origins.rpy"}, {"elasticity.stiffness", "elasticity.damping"}
     required = {name for name, rule in RULES.items() if rule.required}
     assert required == of_the_body | dh | frames | springs | {"gains.kp", "gains.kd"}
-
-
-def test_rows_and_their_shapes():
-    """One a joint or one of the whole arm; a number, a vector, a tensor, or one number a joint."""
+    # One a joint or one of the whole arm; a number, a vector, a tensor, or one number a joint.
     of_the_arm = {name for name, rule in RULES.items() if not rule.per_joint}
     vectors = {"base.gravity", "base.xyz", "base.rpy", "flange.xyz", "flange.rpy", "poses.mastering_wrist"}
     vectors |= {"poses.zero_flange", "poses.flange_rpy"}

@@ -83,13 +83,18 @@ def test_a_reading_takes_the_tables_of_its_set_a_motor_map_too_and_the_errata_on
     assert arm_from_paper(written).transmission.matrix.tolist() == [[45.0, 0.0], [32.0, 32.0]]
 
 
-def test_what_a_reading_leaves_in_place_and_the_point_of_its_tensors_are_of_the_tables_it_uses():
+def test_what_a_reading_leaves_in_place_is_of_the_tables_it_uses_and_where_torques_are_measured_is_said():
     paper = read("printed")
     left = {name: paper.left_in_place(name) for name in paper.reading_names}
     assert left == {"printed": (), "maker": ("mass-2",), "maker_mended": ()}
     about_com = np.diag([0.02 - SHIFT, 0.02 - SHIFT, 0.01])
     tensor = arm_from_paper(read("maker")).chain.bodies[0].inertia_com
     np.testing.assert_allclose(tensor, about_com, rtol=0, atol=1e-15)
+    assert read("printed").torques == ""
+    said = OWN.replace('kinds = ["revolute", "revolute"]', 'kinds = ["revolute", "revolute"]\ntorques = "link"')
+    assert parse_paper(said, "own.toml").torques == "link"
+    with pytest.raises(PaperError, match=r"joints.torques: 'both'; allowed: one of motor, link"):
+        parse_paper(said.replace('"link"', '"both"'), "own.toml")
 
 
 FAULTS = {
@@ -171,11 +176,3 @@ def test_a_tensor_in_its_own_axes_is_turned_as_the_origin_of_an_inertial():
 COUPLED = """[set.transmission]
 matrix = { values = [[45, 0], [32, 32]], unit = "1", where = "p", kind = "printed" }
 """
-
-
-def test_where_torques_are_measured_can_be_said():
-    assert read("printed").torques == ""
-    said = OWN.replace('kinds = ["revolute", "revolute"]', 'kinds = ["revolute", "revolute"]\ntorques = "link"')
-    assert parse_paper(said, "own.toml").torques == "link"
-    with pytest.raises(PaperError, match=r"joints.torques: 'both'; allowed: one of motor, link"):
-        parse_paper(said.replace('"link"', '"both"'), "own.toml")

@@ -59,7 +59,12 @@ def test_a_standard_dh_row_is_all_after_the_motion():
         (Pose(rot_x(0.3), np.zeros(3)), ("dh.d", "dh.theta_offset")),
     ):
         link = replace(alone.chain.links[0], before=before)
-        cells = {f"{link.joint}.dh": tuple(Source(name, "p", "printed", 1, "m", "") for name in ("base.xyz", *SPLIT))}
+        cells = {
+            f"{link.joint}.dh": tuple(
+                Source(name, "p", "printed", 1, "m", "") for name in ("base.xyz", "base.rpy", *SPLIT)
+            )
+        }
         one = replace(alone, chain=replace(alone.chain, links=(link,)), sources=cells)
         assert tuple(source.cell for source in quantity_sources(one, f"{link.joint}.after")) == rows
-        assert quantity_sources(one, f"{link.joint}.before")[0].cell == "base.xyz"
+        placed = ["base.xyz", "base.rpy", *(name for name in SPLIT if name not in rows)]
+        assert [source.cell for source in quantity_sources(one, f"{link.joint}.before")] == placed

@@ -56,13 +56,18 @@ def test_what_we_wrote_of_any_arm_comes_back_whole(tmp_path, case):
     assert arm.chain.bodies is None or same_dynamics(back, arm)
 
 
-def test_a_stand_in_is_unknown_only_under_our_own_header(tmp_path):
+def test_stand_ins_are_unknown_and_names_taken_under_our_own_header_only(tmp_path):
     text = urdf_text(lwr_dyn.load("lwr4"))
     assert read_urdf(written(tmp_path, text)).limits[0].upper is None
     edited = text.replace('upper="6.283185307179586"', 'upper="1.5"', 1)
     assert read_urdf(written(tmp_path, edited)).limits[0].upper == 1.5
     foreign = text.replace("written by lwr_dyn", "written by somebody")
     assert read_urdf(written(tmp_path, foreign)).limits[0].effort == 1e9
+    text = robot(joint("flange_joint", "x", "base"), joint("j2", "base", "flange"), x="", base=LINK, flange=LINK)
+    arm = read_urdf(written(tmp_path, text))
+    assert arm.joint_names == ("flange_joint", "j2")
+    assert [x.link for x in arm.chain.links] == ["base_", "flange_"]
+    assert same_dynamics(read_urdf(written(tmp_path, urdf_text(arm), "again.urdf")), arm)
 
 
 def test_zeros_on_a_welded_frame_say_nothing_about_the_link_that_carries_it(tmp_path):
@@ -165,11 +170,3 @@ def test_a_link_without_inertial_is_massless_only_if_mass_hangs_on_it(tmp_path):
     assert outer.chain.links[1].body is None
     with pytest.raises(MissingDataError):
         lwr_dyn.dynamics_of(outer)
-
-
-def test_names_of_our_writer_are_free_for_a_foreign_arm(tmp_path):
-    text = robot(joint("flange_joint", "x", "base"), joint("j2", "base", "flange"), x="", base=LINK, flange=LINK)
-    arm = read_urdf(written(tmp_path, text))
-    assert arm.joint_names == ("flange_joint", "j2")
-    assert [x.link for x in arm.chain.links] == ["base_", "flange_"]
-    assert same_dynamics(read_urdf(written(tmp_path, urdf_text(arm), "again.urdf")), arm)

@@ -70,7 +70,7 @@ def test_an_engine_reads_the_same_robot(pair):
             assert np.abs(a.homogeneous - b.homogeneous).max() <= METRES
 
 
-def test_limits_masses_and_mesh_files_stay(pair):
+def test_limits_masses_and_mesh_files_stay_and_every_number_has_its_source_or_word(pair):
     foreign, path = pair
     one, two = (ElementTree.parse(x).getroot() for x in (foreign.path, path))
     assert meshes(one) == meshes(two)
@@ -81,9 +81,6 @@ def test_limits_masses_and_mesh_files_stay(pair):
     origins = [{x.get("name"): [o.attrib for o in x.iterfind("visual/origin")] for x in root.findall("link")}
                for root in (one, two)]  # fmt: skip
     assert origins[0] == origins[1]
-
-
-def test_every_number_has_its_source_or_word(pair):
     foreign, path = pair
     numbers = provenance_text(foreign.load()).count('"written"')
     assert numbers == sum(

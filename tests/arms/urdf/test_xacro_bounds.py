@@ -67,16 +67,13 @@ def test_a_parameter_with_an_open_quote_is_no_puzzle(place, quotes):
     assert "<robot" in expanded(place, f'<xacro:macro name="m" params="a:={quoted}"><a/></xacro:macro>')
 
 
-def test_parameters_are_read_as_xacro_reads_them():
+def test_parameters_and_arguments_of_eval_are_read_as_xacro_reads_them(place):
     for text in (
         "a:=1 b", "a=1", "a:=^ b:=2", "a:=^|3 b", "a:='x y' b", 'a:="x y"', "a:=${1 + 2} b", "a:=$(arg x) b", "a b",
         "*origin a:=b", "a:= b:=2", "a:=x'y z'w b", "  a  :=  1\n  b:=2",
     ):  # fmt: skip
         ours, theirs = _MACRO_ARGUMENT.match(text), xacro.re_macro_arg.match(text)
         assert (ours and ours.groups()) == (theirs and theirs.groups()), text
-
-
-def test_eval_reads_arguments_as_numbers_and_knows_its_constants(place):
     body = '<xacro:arg name="n" default="3"/><xacro:arg name="side" default="left"/>'
     body += '<link name="$(eval n * 2 + 3)"/><link name="$(eval side == \'left\' and true and pi > n)"/>'
     assert expanded(place, body).count('name="9"') == 1

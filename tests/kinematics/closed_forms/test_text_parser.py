@@ -12,7 +12,7 @@ def body(text, **wholes):
     return function.body
 
 
-def test_signs_of_a_higher_level_come_first_and_the_others_from_the_left():
+def test_signs_of_a_higher_level_come_first_and_names_of_whole_numbers_are_those_numbers():
     (statement,) = body("return x - 1.0 - 2.0 * -x;")
     x, one = tree.CName("x"), tree.CNumber(1.0)
     assert statement.value.left == tree.CBinary("-", x, one)
@@ -21,9 +21,6 @@ def test_signs_of_a_higher_level_come_first_and_the_others_from_the_left():
     assert isinstance(statement.value, tree.CChoice)
     assert statement.value.test.sign == "||"
     assert statement.value.test.left.sign == "&&"
-
-
-def test_names_of_whole_numbers_are_those_numbers():
     (loop,) = body("for (int i = 2; i < 3 * MANY; i += 4) {\n    x += a[i];\n}", MANY=5)
     assert loop == tree.CFor("i", tree.CNumber(2), tree.CBinary("*", tree.CNumber(3), tree.CNumber(5)), 4, loop.body)
     assert loop.body == (tree.CSet("", tree.CName("x"), tree.CBinary("+", tree.CName("x"), loop.body[0].value.right)),)

@@ -110,7 +110,7 @@ def test_singular_poses_and_joints_at_their_limits(name):
     assert {"wrist", "elbow"} <= seen or name == "kr30ha"
 
 
-def test_branches_that_meet_are_one_solution():
+def test_branches_that_meet_are_one_solution_and_too_many_whole_turns_are_counted_not_listed():
     """A stretched elbow, whole turns apart too: half as many as of a bent one."""
     arm = lwr_dyn.load("ur10")
     straight = [0.3, -1.0, 0.0, 0.5, 1.0, 0.2]
@@ -119,6 +119,15 @@ def test_branches_that_meet_are_one_solution():
     places = np.round(np.array([s.q for s in found.solutions]), 6)
     assert len(np.unique(places, axis=0)) >= len(found.solutions) / 2
     assert np.abs(np.array([s.q for s in found.solutions]) - straight).max(axis=1).min() < 1e-7
+    assert exact_arms.ready(six_joint_arm("ur10", 1e-4)) is None
+    assert six_joint_form(lwr_dyn.load("panda")) is None
+    arm = six_joint_arm("ur10", reach=20.0)
+    T = lwr_dyn.forward_kinematics(arm, [0.1, -1.0, 1.2, 0.3, 0.4, 0.5])
+    ours, theirs = inverse_kinematics(arm, T), one_by_one(arm, T)
+    assert facts(ours) == facts(theirs)
+    assert ours.turns_left_out > 1000
+    assert not ours.complete
+    assert isinstance(ours.solutions, LazySolutions)
 
 
 def test_without_llvm_the_same_solutions(monkeypatch):
@@ -130,15 +139,3 @@ def test_without_llvm_the_same_solutions(monkeypatch):
     for a, b in zip(found, wanted, strict=True):
         assert facts(a) == facts(b)
         assert np.array_equal([s.q for s in a.solutions], [s.q for s in b.solutions])
-
-
-def test_too_many_whole_turns_are_counted_not_listed_and_an_arm_that_is_only_nearly_exact_has_no_form():
-    assert exact_arms.ready(six_joint_arm("ur10", 1e-4)) is None
-    assert six_joint_form(lwr_dyn.load("panda")) is None
-    arm = six_joint_arm("ur10", reach=20.0)
-    T = lwr_dyn.forward_kinematics(arm, [0.1, -1.0, 1.2, 0.3, 0.4, 0.5])
-    ours, theirs = inverse_kinematics(arm, T), one_by_one(arm, T)
-    assert facts(ours) == facts(theirs)
-    assert ours.turns_left_out > 1000
-    assert not ours.complete
-    assert isinstance(ours.solutions, LazySolutions)
