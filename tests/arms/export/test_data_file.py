@@ -74,11 +74,14 @@ def test_any_arm_comes_back(seed, tmp_path):
         assert_same(arm, again(arm, convention, tmp_path))
 
 
-def test_motors_gains_and_shares_of_the_load_come_back(tmp_path):
+def test_motors_gains_shares_of_the_load_and_a_contradiction_come_back(tmp_path):
     arm = lwr_dyn.load("wam7")
     grows = replace(arm, friction=(*arm.friction[:6], replace(arm.friction[6], load=0.05)))
+    grows = replace(grows, caveats=replace(grows.caveats, contradicted="m_7 is 5 sigma off"))
     back = again(grows, Convention.MODIFIED, tmp_path)
-    assert back.friction == grows.friction
+    assert (back.friction, back.caveats.contradicted) == (grows.friction, "m_7 is 5 sigma off")
+    links = ", ".join(f"link_{k} is {x.link}" for k, x in enumerate(arm.chain.links, start=1))
+    assert f'links = "{links}"' in data_file_text(arm)
     assert np.array_equal(back.transmission.matrix, arm.transmission.matrix)
     assert all(np.array_equal(getattr(back.gains, x), getattr(arm.gains, x)) for x in ("Kp", "Kd", "Ki", "effort"))
     assert "load" not in data_file_text(arm).partition("[friction]")[2].partition("[gains]")[0]
