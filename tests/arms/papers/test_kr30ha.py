@@ -20,8 +20,6 @@ TEXT = resources.files("lwr_dyn.arms.papers").joinpath("kr30ha.toml").read_text(
 LEAST = np.array([0.211, 0.228, 0.178, 0.123, 0.030, 0.013, 0.001])
 MOST = np.array([0.428, 0.328, 0.207, 0.146, 0.070, 0.031, 0.007])
 """Shares of the total, base to link 6: what a newer KR 30 and a uniform reading of a public mesh lie between."""
-
-
 ARM, PAPER = lwr_dyn.load("kr30ha"), open_paper("kr30ha")
 
 
@@ -41,6 +39,7 @@ def test_the_numbers_in_the_file_are_those_of_the_method_whose_cylinder_is_the_t
 
 
 def test_every_tensor_is_of_a_body_and_its_own_mirror_image_and_every_share_of_the_total_is_plausible():
+    """The arm's plane at A = 0 is y = 0 in the base: what is odd in y must vanish."""
     frames = [np.eye(4)]
     for link in ARM.chain.links:
         frames.append(frames[-1] @ link.pose(0.0).matrix())
