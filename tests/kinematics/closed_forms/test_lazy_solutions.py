@@ -43,3 +43,6 @@ def test_copies_share_nothing_with_the_first(result):
         assert other.solutions[0].rows is other.outside[0].rows
         assert [s.record for s in other.outside] == [s.record for s in result.outside]
         assert np.array_equal(other.solutions.q, result.solutions.q)
+        read = other.solutions[2]  # a solution that was read stays the same one when all are listed
+        assert tuple(other.solutions)[2] is read is other.solutions[2]
+        assert [s.record for s in other.solutions] == [s.record for s in result.solutions]
