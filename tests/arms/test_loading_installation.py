@@ -21,6 +21,10 @@ MOUNT = {"on": "wall", "xyz": [0.3, -0.2, 1.4], "rpy_deg": [0, 10, 35]}
 STATES = np.random.default_rng(4).uniform(-1.0, 1.0, (3, 20, 7))
 
 
+def mounted(**options):
+    return lwr_dyn.load("lwr4plus", **options)
+
+
 def relative(a, b):
     """The largest difference, relative to the largest entry."""
     return np.abs(a - b).max() / np.abs(b).max()
@@ -36,27 +40,21 @@ def random_installation(seed):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_both_roads_agree_under_any_mount_with_any_tool(seed):
-    arm, mount, tool = random_installation(seed)
-    arm = arm.installed(mount, tool)
+    """The pose is the mount times the pose of the bare arm times the tool."""
+    bare, mount, tool = random_installation(seed)
+    arm = bare.installed(mount, tool)
     q, dq, ddq = STATES[..., : arm.n]
     one, other = (lwr_dyn.dynamics_of(arm, engine) for engine in ("pinocchio", "newton-euler"))
     assert relative(one.mass_matrix(q), other.mass_matrix(q)) <= EXACT
     assert relative(one.inverse_dynamics(q, dq, ddq), other.inverse_dynamics(q, dq, ddq)) <= EXACT
-    poses = lwr_dyn.forward_kinematics(arm, q)
-    assert np.abs(flange_poses(pinocchio_model(arm), q) - poses).max() <= EXACT
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_the_pose_is_the_mount_times_the_pose_of_the_bare_arm_times_the_tool(seed):
-    bare, mount, tool = random_installation(seed)
-    q = STATES[0, :, : bare.n]
     expected = mount.matrix() @ lwr_dyn.forward_kinematics(bare, q) @ tool.frame.matrix()
-    assert np.abs(lwr_dyn.forward_kinematics(bare.installed(mount, tool), q) - expected).max() <= EXACT
+    for poses in (lwr_dyn.forward_kinematics(arm, q), flange_poses(pinocchio_model(arm), q)):
+        assert np.abs(poses - expected).max() <= EXACT
 
 
 def test_gravity_is_the_gradient_of_the_height_of_the_masses_in_the_world():
     """Complex steps of the energy of the bodies where forward kinematics puts them, not of an engine's energy."""
-    arm = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
+    arm = mounted(mount=MOUNT, tool=TOOL)
     q, step = STATES[0, 0], 1e-30
     g = lwr_dyn.dynamics_of(arm).gravity_vector(q)
 
@@ -68,38 +66,31 @@ def test_gravity_is_the_gradient_of_the_height_of_the_masses_in_the_world():
     assert relative(np.array(gradient), g) <= EXACT
 
 
-def test_gravity_turns_with_the_mount():
+def test_gravity_turns_with_the_mount_is_down_in_the_world_and_keeps_its_size():
     """Each named mount, put so that gravity in the base is a given vector, against the arm under that gravity."""
-    bare = lwr_dyn.load("lwr4plus")
+    bare = mounted()
     for place, down in {"floor": (0, 0, -1), "wall": (1, 0, 0), "ceiling": (0, 0, 1)}.items():
-        arm = lwr_dyn.load("lwr4plus", mount=place)
+        arm = mounted(mount=place)
+        assert arm.chain.gravity.tolist() == [0.0, 0.0, -9.81]
         turned = replace(bare, chain=replace(bare.chain, gravity=9.81 * np.array(down)))
-        pair = [lwr_dyn.dynamics_of(x).gravity_vector(STATES[0]) for x in (arm, turned)]
-        assert relative(*pair) <= EXACT
-        assert lwr_dyn.dynamics_of(arm).mass_matrix(STATES[0]) == pytest.approx(
-            lwr_dyn.dynamics_of(bare).mass_matrix(STATES[0]), rel=EXACT, abs=EXACT
-        )
-
-
-def test_gravity_of_a_mounted_arm_is_down_in_the_world_and_keeps_its_size():
-    bare, mount, tool = random_installation(3)
-    assert bare.installed(None, tool).chain.gravity.tolist() == bare.chain.gravity.tolist()
-    size = np.linalg.norm(bare.chain.gravity)
-    assert bare.installed(mount, tool).chain.gravity == pytest.approx([0.0, 0.0, -size], rel=EXACT)
-    assert lwr_dyn.load("lwr4plus", mount="wall").chain.gravity.tolist() == [0.0, 0.0, -9.81]
+        engines = [lwr_dyn.dynamics_of(x) for x in (arm, turned)]
+        for function in ("gravity_vector", "mass_matrix"):
+            assert relative(*(getattr(engine, function)(STATES[0]) for engine in engines)) <= EXACT
+    random, mount, tool = random_installation(3)
+    assert random.installed(None, tool).chain.gravity.tolist() == random.chain.gravity.tolist()
+    size = np.linalg.norm(random.chain.gravity)
+    assert random.installed(mount, tool).chain.gravity == pytest.approx([0.0, 0.0, -size], rel=EXACT)
 
 
 def test_the_picture_stands_on_the_mount_and_carries_the_tool():
     """Each drawn cylinder as it stands at q = 0 in the world, against that of the bare arm moved by the mount."""
-    bare, arm = lwr_dyn.load("lwr4plus"), lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
+    bare, arm = mounted(), mounted(mount=MOUNT, tool=TOOL)
     base, _ = ends_of(arm.installation)
     before, after = drawn(bare), drawn(arm)
     assert len(after) == len(before) + 1
     for one, other in zip(before, after[:-1], strict=True):
         assert np.abs(base.matrix() @ one - other).max() <= EXACT
-    flange, tip = (
-        lwr_dyn.forward_kinematics(x, np.zeros(7))[:3, 3] for x in (lwr_dyn.load("lwr4plus", mount=MOUNT), arm)
-    )
+    flange, tip = (lwr_dyn.forward_kinematics(x, np.zeros(7))[:3, 3] for x in (mounted(mount=MOUNT), arm))
     assert np.abs(after[-1][:3, 3] - (flange + tip) / 2).max() <= 2e-6  # drawn lengths are whole micrometres
 
 
@@ -117,43 +108,33 @@ def drawn(arm):
     return shapes
 
 
-def test_the_floor_is_under_the_arm():
-    assert floor_height(lwr_dyn.load("lwr4plus")) == floor_height(lwr_dyn.load("lwr4plus", mount="floor"))
-    raised = lwr_dyn.load("lwr4plus", mount={"xyz": [0, 0, 0.5]})
-    assert floor_height(raised) == pytest.approx(floor_height(lwr_dyn.load("lwr4plus")) + 0.5)
-    assert floor_height(lwr_dyn.load("lwr4plus", mount={"on": "ceiling", "xyz": [0, 0, 2.5]})) == 0.0
-    assert floor_height(lwr_dyn.load("lwr4plus", mount="ceiling", tool={"xyz": [0, 0, 0.1]})) == pytest.approx(-0.968)
-
-
-def test_the_stand_hangs_above_an_arm_on_the_ceiling_and_ends_at_the_wall():
-    up = stand_foot(lwr_dyn.load("lwr4plus"))
-    assert up == pytest.approx([0, 0, floor_height(lwr_dyn.load("lwr4plus"))])
-    assert stand_foot(lwr_dyn.load("lwr4plus", mount={"on": "ceiling", "xyz": [1, 0, 2]})) == pytest.approx(
-        [1, 0, 2 - up[2]]
-    )
-    wall = lwr_dyn.load("lwr4plus", mount="wall")
+def test_the_floor_is_under_the_arm_and_the_stand_ends_at_ceiling_or_wall():
+    bare, up = floor_height(mounted()), stand_foot(mounted())
+    assert floor_height(mounted(mount="floor")) == bare
+    assert floor_height(mounted(mount={"xyz": [0, 0, 0.5]})) == pytest.approx(bare + 0.5)
+    assert floor_height(mounted(mount={"on": "ceiling", "xyz": [0, 0, 2.5]})) == 0.0
+    assert floor_height(mounted(mount="ceiling", tool={"xyz": [0, 0, 0.1]})) == pytest.approx(-0.968)
+    assert up == pytest.approx([0, 0, bare])
+    assert stand_foot(mounted(mount={"on": "ceiling", "xyz": [1, 0, 2]})) == pytest.approx([1, 0, 2 - up[2]])
+    wall = mounted(mount="wall")
     assert stand_foot(wall) @ wall.installation.mount.rotation[:, 2] == pytest.approx(up[2])
     assert abs(stand_foot(wall)[2]) < 1e-12
 
 
-def test_the_mass_of_a_tool_is_that_of_a_payload_at_the_same_place():
-    arm = lwr_dyn.load("lwr4plus", tool={"mass": 1.3, "com": [0.01, 0, 0.06], "inertia": [3e-3, 4e-3, 2e-3]})
-    loaded = arm_with_payload(lwr_dyn.load("lwr4plus"), 1.3, (0.01, 0, 0.06), np.diag([3e-3, 4e-3, 2e-3]))
-    one, other = (lwr_dyn.dynamics_of(x) for x in (arm, loaded))
-    assert np.array_equal(one.mass_matrix(STATES[0]), other.mass_matrix(STATES[0]))
-    assert np.array_equal(one.gravity_vector(STATES[0]), other.gravity_vector(STATES[0]))
-
-
-def test_a_payload_beside_a_tool_is_at_the_tool_centre_point():
-    frame = {key: TOOL[key] for key in ("xyz", "rpy")}
-    arm = arm_with_payload(lwr_dyn.load("lwr4plus", tool=frame), 2.0)
-    same = arm_with_payload(lwr_dyn.load("lwr4plus"), 2.0, frame["xyz"])
-    pair = [lwr_dyn.dynamics_of(x).mass_matrix(STATES[0]) for x in (arm, same)]
+def test_the_mass_of_a_tool_is_that_of_a_payload_at_the_same_place_and_a_payload_beside_a_tool_is_at_its_point():
+    arm = mounted(tool={"mass": 1.3, "com": [0.01, 0, 0.06], "inertia": [3e-3, 4e-3, 2e-3]})
+    loaded = arm_with_payload(mounted(), 1.3, (0.01, 0, 0.06), np.diag([3e-3, 4e-3, 2e-3]))
+    for one, other in zip(arm.chain.bodies, loaded.chain.bodies, strict=True):
+        assert (one.mass, *one.com, *one.inertia_com.ravel()) == (other.mass, *other.com, *other.inertia_com.ravel())
+    beside = arm_with_payload(mounted(tool={key: TOOL[key] for key in ("xyz", "rpy")}), 2.0)
+    pair = [
+        lwr_dyn.dynamics_of(x).mass_matrix(STATES[0]) for x in (beside, arm_with_payload(mounted(), 2.0, TOOL["xyz"]))
+    ]
     assert relative(*pair) <= EXACT
 
 
 def test_a_mounted_arm_loses_no_energy_in_a_free_swing():
-    arm = lwr_dyn.load("lwr4plus", mount="ceiling", tool=TOOL)
+    arm = mounted(mount="ceiling", tool=TOOL)
     hold = lwr_dyn.reference("hold", arm, q=STATES[0, 1], duration=0.05)
     run = lwr_dyn.simulate(arm, lambda *_: np.zeros(7), hold, friction="none", position_limits=False)
     assert abs(run.energy - run.energy[0]).max() <= 1e-9 * abs(run.energy).max()
@@ -182,10 +163,10 @@ def test_generated_kernels_include_mount_and_tool():
 
 def test_a_lock_after_the_installation_gives_what_a_lock_before_it_gives():
     locks = {"joint_1": 0.3, "joint_7": -0.4, "joint_4": 0.5}
-    after = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
+    after = mounted(mount=MOUNT, tool=TOOL)
     for name, value in locks.items():
         after = after.with_locked_joint(name, value)
-    before = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL, lock=locks)
+    before = mounted(mount=MOUNT, tool=TOOL, lock=locks)
     q = STATES[0, :, :4]
     assert relative(lwr_dyn.forward_kinematics(after, q), lwr_dyn.forward_kinematics(before, q)) <= EXACT
     assert relative(*(lwr_dyn.dynamics_of(x).mass_matrix(q) for x in (after, before))) <= EXACT

@@ -76,12 +76,8 @@ def environment(programs: Path, text: str) -> dict[str, str]:
 def surroundings() -> dict[str, str]:
     """The variables of a command without the path of its programs."""
     path = os.pathsep.join(part for part in (str(ROOT), os.environ.get("PYTHONPATH")) if part)
-    return os.environ | {
-        "PYTHONPATH": path,
-        "COLUMNS": "100",
-        "TERM": "dumb",
-        "BROWSER": "true",  # a command that opens a page opens nothing here
-    }
+    # a command that opens a page opens nothing here
+    return os.environ | {"PYTHONPATH": path, "COLUMNS": "100", "TERM": "dumb", "BROWSER": "true"}
 
 
 def run_command(command: Command, folder: Path, variables: dict[str, str]) -> tuple[list[str], int]:
@@ -93,15 +89,9 @@ def run_command(command: Command, folder: Path, variables: dict[str, str]) -> tu
     script = f"set -o pipefail\n{command.text}"
     try:
         done = subprocess.run(
-            ["bash", "-c", script],
-            cwd=folder,
-            env=variables,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=LIMIT,
-        )
+            ["bash", "-c", script], cwd=folder, env=variables, text=True, timeout=LIMIT,
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise PageError(f"line {command.line}: `{command.text}` ran longer than {LIMIT} s") from None
     if EXAMPLES in command.text and not there.issuperset(os.listdir(folder)):

@@ -20,15 +20,9 @@ def build(folder: Path) -> None:
     """Build the site into a folder as a release does; a warning is an error."""
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", str(ROOT / "docs"), str(folder)]
     done = subprocess.run(
-        command,
-        cwd=ROOT,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=900,
-        env=os.environ | {"OMP_NUM_THREADS": "1", READY: ready()},
-    )
+        command, cwd=ROOT, env=os.environ | {"OMP_NUM_THREADS": "1", READY: ready()}, text=True, timeout=900,
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )  # fmt: skip
     assert done.returncode == 0, done.stdout[-8000:]
 
 

@@ -20,13 +20,9 @@ def variables(tmp_path_factory):
 
 def answer(script, variables, folder, **more):
     """Output, errors and exit code of a script."""
+    words = ["bash", "-o", "pipefail", "-c", script]
     done = subprocess.run(
-        ["bash", "-o", "pipefail", "-c", script],
-        env=variables | more,
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        stdin=subprocess.DEVNULL,
+        words, env=variables | more, cwd=folder, capture_output=True, text=True, stdin=subprocess.DEVNULL
     )
     return done.stdout, done.stderr, done.returncode
 
@@ -66,10 +62,7 @@ def make(arm, dynamics):
 
 @pytest.mark.parametrize(
     ("way", "code"),
-    [
-        ("os.kill(os.getpid(), signal.SIGKILL)", -signal.SIGKILL),
-        ("os.kill(os.getpid(), signal.SIGINT)", 130),
-    ],
+    [("os.kill(os.getpid(), signal.SIGKILL)", -signal.SIGKILL), ("os.kill(os.getpid(), signal.SIGINT)", 130)],
 )
 def test_it_ends_as_one_that_was_started(way, code, variables, tmp_path):
     """It also has processes of its own, which start as those of a command that was started."""

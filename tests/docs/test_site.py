@@ -16,14 +16,9 @@ pytestmark = pytest.mark.slow
 MEGABYTE = 1_000_000
 LOCAL = ("file:", "data:", "blob:", "about:")
 JUDGED = [
-    "index.html",
-    "gallery.html",
-    "reference/command_line.html",
-    "reference/python.html",
-    "notebooks/puma560.html",
-    "explanation/two_roads.html",
-    "search.html",
-]
+    "index.html", "gallery.html", "reference/command_line.html", "reference/python.html", "notebooks/puma560.html",
+    "explanation/two_roads.html", "search.html",
+]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -42,12 +37,7 @@ def cards():
     return tomllib.loads((ROOT / "docs" / "gallery.toml").read_text(encoding="utf-8"))["card"]
 
 
-def test_the_site_is_small(site):
-    assert size(site) < 25 * MEGABYTE
-    assert size(site / "gallery_pages") < 14 * MEGABYTE
-
-
-def test_every_card_of_the_gallery_has_its_page_and_its_stills(site):
+def test_the_site_is_small_and_every_card_of_the_gallery_has_its_page_and_its_stills(site):
     assert len(cards()) >= 8
     text = (site / "gallery.html").read_text(encoding="utf-8")
     for card in cards():
@@ -55,10 +45,8 @@ def test_every_card_of_the_gallery_has_its_page_and_its_stills(site):
         for still in (f"{card['name']}.webp", f"{card['name']}_dark.webp"):
             assert (site / "_static" / "stills" / still).is_file(), "take it: scripts/site_stills.py"
             assert f"_static/stills/{still}" in text
-
-
-def test_every_link_leads_somewhere(site):
-    assert list(broken_links(site)) == []
+    assert size(site) < 25 * MEGABYTE
+    assert size(site / "gallery_pages") < 14 * MEGABYTE
 
 
 def test_a_broken_link_is_seen(tmp_path):
@@ -70,7 +58,7 @@ def test_a_broken_link_is_seen(tmp_path):
     assert list(broken_links(tmp_path)) == []
 
 
-def test_every_name_and_every_command_stands_in_the_reference(site):
+def test_every_link_leads_somewhere_and_every_name_and_command_stands_in_the_reference(site):
     python = Page(site / "reference" / "python.html")
     assert {f"lwr_dyn.{name}" for name in lwr_dyn.__all__} <= python.anchors
     commands = Page(site / "reference" / "command_line.html")
@@ -79,6 +67,7 @@ def test_every_name_and_every_command_stands_in_the_reference(site):
     entry = re.search(r'id="load".*?</section>', text, re.DOTALL)
     assert entry is not None
     assert "Used in: " in entry[0]
+    assert list(broken_links(site)) == []
 
 
 def test_the_notebook_of_the_puma_has_the_numbers_of_the_tests():

@@ -8,19 +8,8 @@ from scipy.interpolate import CubicSpline
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
-from lwr_dyn.kinematics.arm_angle import (
-    FIRST_KNOTS,
-    PULL,
-    RESOLUTION,
-    SLACK,
-    Corridor,
-    CorridorBreak,
-    _least_bending,
-    _smooth,
-    best_arm_angle,
-    connected_arm_angles,
-    overlap,
-)
+from lwr_dyn.kinematics import arm_angle
+from lwr_dyn.kinematics.arm_angle import Corridor, CorridorBreak, best_arm_angle, connected_arm_angles, overlap
 from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form, elbow_angle
@@ -72,7 +61,7 @@ def test_ist_keeps_1_2_degrees_at_joint_6_at_its_first_point():
     curve = best_arm_angle(LWR, s, T)
     assert np.degrees(curve.margin) == pytest.approx(1.2, abs=0.05)
     assert (curve.joint, curve.at) == (5, 0.0)
-    assert curve.margin_bound - SLACK - RESOLUTION <= curve.margin <= curve.margin_bound
+    assert curve.margin_bound - arm_angle.SLACK - arm_angle.RESOLUTION <= curve.margin <= curve.margin_bound
     q, room = kept(curve, s, T)
     assert room.min() == pytest.approx(curve.margin, abs=1e-12)
     assert np.abs(np.diff(q, axis=0)).max() < 0.02  # 1 mm of path between
@@ -105,7 +94,7 @@ def test_no_path_over_a_grid_of_arm_angles_does_better(seed, turn):
         for row in margin[1:]:
             widest = np.minimum(row, np.max([np.roll(widest, i) for i in range(-12, 13)], axis=0))
         best = max(best, widest.max())
-    assert curve.margin >= best - SLACK - RESOLUTION
+    assert curve.margin >= best - arm_angle.SLACK - arm_angle.RESOLUTION
     assert curve.margin <= best + np.radians(1.0)
 
 
@@ -125,16 +114,7 @@ def test_the_curve_is_twice_differentiable_and_its_joints_do_not_jump(seed):
     assert np.abs(np.diff(kept(best_arm_angle(LWR, s, T), s, T)[0] - q, axis=0)).max() == 0.0
 
 
-@pytest.mark.slow
-def test_a_turn_no_wrist_can_follow_is_distinguished_from_a_pose_outside():
-    s, T = spinning(0, 8.0)
-    with pytest.raises(OutsideLimitsError, match="without a jump") as caught:
-        best_arm_angle(LWR, s, T)
-    assert 0 < caught.value.at < 1
-    assert caught.value.excess > 0
-
-
-def test_out_of_reach_names_place_and_distance():
+def test_out_of_reach_names_place_and_distance_and_a_turn_that_no_wrist_can_follow_its_joint():
     s, T = ist(101)
     T[60, 0, 3] = -3.0
     with pytest.raises(OutOfReachError, match=r"s = 0\.82") as caught:
@@ -142,6 +122,10 @@ def test_out_of_reach_names_place_and_distance():
     assert caught.value.at == s[60]
     w = T[60, :3, 3] - 0.078 * T[60, :3, 2]
     assert caught.value.distance == pytest.approx(np.linalg.norm(w) - 0.79)
+    with pytest.raises(OutsideLimitsError, match=r"joint_7 is outside by .*without a jump") as caught:
+        best_arm_angle(LWR, *spinning(0, 8.0, 41))
+    assert 0 < caught.value.at < 1
+    assert 0.0 < caught.value.excess < 0.2
 
 
 def test_a_wrist_that_passes_the_axis_needs_another_reference():
@@ -157,14 +141,14 @@ def test_a_wrist_that_passes_the_axis_needs_another_reference():
 
 def test_bad_paths_are_named():
     s, T = ist(11)
-    with pytest.raises(ShapeError, match="increasing"):
-        best_arm_angle(LWR, s[::-1], T)
-    with pytest.raises(ShapeError, match=r"s: 0\.0 then 0\.0; allowed: increasing"):
-        best_arm_angle(LWR, np.zeros(11), T)
-    with pytest.raises(ShapeError, match="k >= 2"):
-        best_arm_angle(LWR, s[:3], T)
-    with pytest.raises(OptionError, match="rotation"):
-        best_arm_angle(LWR, s, 2 * T - np.diag([0, 0, 0, 1.0]))
+    for places, poses, error, words in (
+        (s[::-1], T, ShapeError, "increasing"),
+        (np.zeros(11), T, ShapeError, r"s: 0\.0 then 0\.0; allowed: increasing"),
+        (s[:3], T, ShapeError, "k >= 2"),
+        (s, 2 * T - np.diag([0, 0, 0, 1.0]), OptionError, "rotation"),
+    ):
+        with pytest.raises(error, match=words):
+            best_arm_angle(LWR, places, poses)
 
 
 @pytest.mark.slow
@@ -178,23 +162,18 @@ def test_a_tight_place_between_the_poses_of_the_first_look_is_found():
     assert curve.margin_bound == pytest.approx(curve.margin)
 
 
-def test_the_curve_stays_inside_a_corridor_that_winds_between_its_first_knots():
-    s = np.linspace(0, 2, 1401)
-    middle = np.sin(60 * s)
-    knots, values = _smooth(s, Corridor(middle - 0.01, middle + 0.01))
-    psi = CubicSpline(knots, values, bc_type="natural")(s)
-    assert np.abs(psi - middle).max() <= 0.01
-    assert len(knots) > FIRST_KNOTS
-
-
-def test_a_joint_at_its_limit_is_inside():
+def test_a_joint_at_its_limit_is_inside_and_any_s_r_s_arm_has_its_best_angle():
     T = lwr_dyn.forward_kinematics(LWR, np.tile([0.3, 0.7, 0.2, -1.0, 0.4, 0.9, 0.1], (2, 1)))
     geometry = srs_geometry(LWR.chain)
-    bend = float(
-        min(abs(wrap(elbow_angle(geometry, arm_triangle(geometry, T), np.full(2, x))))[0] for x in (1.0, -1.0))
-    )
+    triangle = arm_triangle(geometry, T)
+    bend = min(float(abs(wrap(elbow_angle(geometry, triangle, np.full(2, x))))[0]) for x in (1.0, -1.0))
     tight = replace(LWR, limits=(*LWR.limits[:3], JointLimits(-bend, bend), *LWR.limits[4:]))
     assert best_arm_angle(tight, [0.0, 1.0], T).margin_bound == 0.0
+    arm = random_srs_arm(11, (2.0, 3.0))
+    ranges = joint_ranges(arm)
+    q = ranges.middle + 0.3 * np.sin(np.linspace(0, 3, 101)[:, None] + np.arange(7))
+    s, T = np.linspace(0, 3, 101), lwr_dyn.forward_kinematics(arm, q)
+    assert best_arm_angle(arm, s, T).margin > 1.0
 
 
 def test_no_curve_in_the_corridor_bends_less():
@@ -205,20 +184,12 @@ def test_no_curve_in_the_corridor_bends_less():
 
     def cost(values):
         bend = CubicSpline(x, values, bc_type="natural")(fine, 2)
-        return np.trapezoid(bend**2, fine) + PULL * np.gradient(x) @ (values - middle) ** 2
+        return np.trapezoid(bend**2, fine) + arm_angle.PULL * np.gradient(x) @ (values - middle) ** 2
 
-    best = _least_bending(x, middle, half)
+    best = arm_angle._least_bending(x, middle, half)
     assert np.abs(best - middle).max() <= 0.4 + 1e-12
     for change in 1e-3 * rng.normal(size=(200, 9)):
         assert cost(np.clip(best + change, middle - half, middle + half)) >= cost(best) * (1 - 1e-9)
-
-
-def test_works_on_any_s_r_s_arm():
-    arm = random_srs_arm(11, (2.0, 3.0))
-    ranges = joint_ranges(arm)
-    q = ranges.middle + 0.3 * np.sin(np.linspace(0, 3, 101)[:, None] + np.arange(7))
-    s, T = np.linspace(0, 3, 101), lwr_dyn.forward_kinematics(arm, q)
-    assert best_arm_angle(arm, s, T).margin > 1.0
 
 
 @pytest.mark.slow
@@ -230,28 +201,30 @@ def test_a_range_of_more_than_a_turn_counts_as_one_and_result_and_error_say_so()
         best_arm_angle(wide, *spinning(0, 8.0))
 
 
-def test_the_smooth_curve_of_an_even_corridor_is_its_middle():
+def test_the_smooth_curve_is_the_middle_of_an_even_corridor_and_stays_inside_one_that_winds():
     s = np.linspace(0.0, 2.0, 101)
     for middle in (0.3, -2.0):
-        at, values = _smooth(s, Corridor(np.full(101, middle - 0.2), np.full(101, middle + 0.2)))
+        at, values = arm_angle._smooth(s, Corridor(np.full(101, middle - 0.2), np.full(101, middle + 0.2)))
         assert np.ptp(values) < 1e-6
         assert np.abs(values - middle).max() < 0.2
         assert at[[0, -1]].tolist() == [0.0, 2.0]
+    s = np.linspace(0, 2, 1401)
+    middle = np.sin(60 * s)
+    knots, values = arm_angle._smooth(s, Corridor(middle - 0.01, middle + 0.01))
+    psi = CubicSpline(knots, values, bc_type="natural")(s)
+    assert np.abs(psi - middle).max() <= 0.01
+    assert len(knots) > arm_angle.FIRST_KNOTS
 
 
-def test_corridors_across_the_seam_are_unwrapped():
-    intervals = AngleIntervals(np.array([[3.0], [-3.2], [-3.1]]), np.array([[3.3], [-2.8], [-2.5]]))
-    result = connected_arm_angles(intervals)
+def test_corridors_across_the_seam_are_unwrapped_and_a_chain_that_ends_is_found():
+    nan = np.nan
+    seam = AngleIntervals(np.array([[3.0], [-3.2], [-3.1]]), np.array([[3.3], [-2.8], [-2.5]]))
+    result = connected_arm_angles(seam)
     assert isinstance(result, Corridor)
     assert result.low == pytest.approx([3.0, 2 * np.pi - 3.2, 2 * np.pi - 3.1])
-
-
-def test_a_chain_that_ends_is_found():
-    nan = np.nan
-    intervals = AngleIntervals(
-        np.array([[0.0, 2.0], [0.1, nan], [2.0, nan]]), np.array([[1.0, 3.0], [0.9, nan], [3.0, nan]])
-    )
-    assert connected_arm_angles(intervals) == CorridorBreak(2)
+    assert result.high == pytest.approx([3.3, 2 * np.pi - 2.8, 2 * np.pi - 2.5])
+    ending = np.array([[0.0, 2.0], [0.1, nan], [2.0, nan]]), np.array([[1.0, 3.0], [0.9, nan], [3.0, nan]])
+    assert connected_arm_angles(AngleIntervals(*ending)) == CorridorBreak(2)
     assert connected_arm_angles(AngleIntervals(np.array([[nan]]), np.array([[nan]]))) == CorridorBreak(0)
     assert overlap((0.0, 1.0), (2.0, 3.0))[0] == pytest.approx(-1.0)
     assert overlap((-np.pi, np.pi), (3.0, 3.5))[0] == pytest.approx(0.5)

@@ -42,14 +42,11 @@ def test_velocity_product_is_the_rate_of_the_jacobian_times_dq(arm, seed):
     assert np.allclose(product, expected, rtol=0, atol=ROUNDING * 100)
 
 
-def test_batches_broadcast_and_wrong_shapes_are_named():
+def test_batches_broadcast_wrong_shapes_are_named_and_a_sliding_joint_turns_nothing():
     chain = lwr_dyn.load("lwr4plus").chain
     assert jacobian(chain, np.zeros((2, 5, 7))).shape == (2, 5, 6, 7)
     with pytest.raises(ShapeError, match="q: 6 numbers; allowed: 7 numbers"):
         jacobian(chain, np.zeros(6))
-
-
-def test_a_sliding_joint_turns_nothing():
     arm = random_arm(3, "RPRP")
     J = jacobian(arm.chain, [0.1, 0.2, 0.3, 0.4])
     assert (J[3:, [1, 3]] == 0).all()

@@ -26,39 +26,44 @@ from tests.public_arms import random_positions, singular_positions
 from tests.random_arms import random_arm
 
 SEARCHES = tuple(name for name in POSE_SEARCHES.rows if name != "kernel" or find_spec("llvmlite"))
+KERNEL_SLOW = [pytest.param(x, marks=[pytest.mark.slow] * (x == "kernel")) for x in SEARCHES]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("search", SEARCHES)
-def test_out_of_reach_says_by_how_much(search):
-    solve = lwr_dyn.ik_solver(arm_named("ur10e"), search=search, starts=9)
-    T = np.eye(4)
-    T[:3, 3] = 11.0, 0.0, 0.2
-    with pytest.raises(PoseNotReachedError, match=r"m and .* rad off") as caught:
-        solve(T)
-    assert 9.4 < caught.value.distance < 10.5
-    reached = lwr_dyn.forward_kinematics(solve.arm, caught.value.q)
-    assert abs(np.linalg.norm(reached[:3, 3] - T[:3, 3]) - caught.value.distance) < 1e-9
-    marked = solve.batch(np.stack([T, lwr_dyn.forward_kinematics(solve.arm, np.full(6, 0.4))]))
-    assert marked.found.tolist() == [False, True]
-    assert np.isnan(marked.q[0]).all()
-    assert abs(marked.distance[0] - caught.value.distance) < 1e-9
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("search", SEARCHES)
-def test_a_pose_beyond_the_limits_names_the_joint_and_is_solved_without_them(search):
+@pytest.mark.parametrize("limits", [True, False])
+@pytest.mark.parametrize("search", KERNEL_SLOW)
+def test_a_batch_and_a_miss(search, limits):
+    """What each row says: found and near q0, outside the limits, out of reach with the distance; and so the error."""
     arm = arm_named("kr30ha")
-    q = np.where(np.arange(6) == 1, arm.upper[1] + 0.3, (arm.lower + arm.upper) / 2 + 0.1)
-    T = lwr_dyn.forward_kinematics(arm, q)
-    solve = lwr_dyn.ik_solver(arm, search=search, starts=20)
-    with pytest.raises(PoseNotReachedError, match="limits") as caught:
-        solve(T, q)
-    assert caught.value.joint in arm.joint_names
-    assert 0.0 < caught.value.excess <= 0.3 + 1e-6
-    assert solve.batch(T[None]).outside.all()
-    free = lwr_dyn.ik_solver(arm, search=search, limits=False)(T, q)
-    assert np.abs(free - q).max() < 1e-6
+    q = (arm.lower + arm.upper) / 2 + 0.1
+    beyond = np.where(np.arange(6) == 1, arm.upper[1] + 0.3, q)
+    poses = lwr_dyn.forward_kinematics(arm, np.array([q, beyond]))
+    far = poses[0].copy()
+    far[:3, 3] *= 10.0
+    solve = lwr_dyn.ik_solver(arm, search=search, starts=3, limits=limits)
+    found = solve.batch(np.array([poses[0], poses[1], far]), np.array([q + 0.01, beyond + 0.01, q]))
+    assert found.found.tolist() == [True, not limits, False]
+    assert found.outside.tolist() == [False, limits, False]
+    np.testing.assert_allclose(found.q[0], q, atol=1e-6)
+    assert np.isnan(found.q[2]).all()
+    assert found.distance[0] < 1e-9
+    with pytest.raises(PoseNotReachedError, match=r"m and .* rad off") as caught:
+        solve(far, q)
+    assert caught.value.distance == pytest.approx(found.distance[2], rel=1e-9)
+    reached = lwr_dyn.forward_kinematics(arm, caught.value.q)
+    assert np.linalg.norm(reached[:3, 3] - far[:3, 3]) == pytest.approx(caught.value.distance, abs=1e-9)
+    assert (caught.value.joint, caught.value.excess) == (None, 0.0)
+    if limits:
+        with pytest.raises(PoseNotReachedError, match="limits") as caught:
+            solve(poses[1], beyond)
+        joint = arm.joint_names.index(caught.value.joint)
+        excess = np.maximum(arm.lower - caught.value.q, caught.value.q - arm.upper)
+        assert (joint, caught.value.excess) == (int(np.argmax(excess)), pytest.approx(excess.max()))
+        np.testing.assert_allclose(lwr_dyn.forward_kinematics(arm, caught.value.q), poses[1], atol=1e-8)
+    else:
+        np.testing.assert_allclose(solve(poses[1], beyond), beyond, atol=1e-6)
+    np.testing.assert_allclose(solve.near(poses[0], q + 0.01), q, atol=1e-6)
+    with pytest.raises(PoseNotReachedError):
+        solve.near(far, q)
 
 
 @pytest.mark.slow
@@ -76,19 +81,6 @@ def test_the_turns_of_an_endless_joint_are_those_of_q0(search):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("search", SEARCHES)
-def test_near_does_not_start_again(search):
-    arm, solve = arm_named("kr30ha"), solver_of("kr30ha", search)
-    q = (arm.lower + arm.upper) / 2 + 0.2
-    T = lwr_dyn.forward_kinematics(arm, q)
-    assert np.abs(solve.near(T, q + 0.01) - q).max() < 1e-6
-    stretched = T.copy()
-    stretched[:3, 3] *= 10.0
-    with pytest.raises(PoseNotReachedError):
-        solve.near(stretched, q)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("search", SEARCHES)
 @pytest.mark.parametrize("joints", ["PRP", "RRPRRPR"])
 def test_sliding_joints_and_any_number_of_them(joints, search):
     arm = random_arm(11, joints)
@@ -99,44 +91,35 @@ def test_sliding_joints_and_any_number_of_them(joints, search):
     assert_reached(arm, solve(T), T)
 
 
-@pytest.mark.parametrize("search", [pytest.param(x, marks=[pytest.mark.slow] * (x == "kernel")) for x in SEARCHES])
+@pytest.mark.parametrize("search", KERNEL_SLOW)
 def test_arguments_that_are_none_are_refused(search):
-    solve = solver_of("kr30ha", search)
-    q = np.zeros(6)
+    solve, q = solver_of("kr30ha", search), np.zeros(6)
     T = lwr_dyn.forward_kinematics(solve.arm, q)
     mirrored, skew = T.copy(), T.copy()
     mirrored[:3, 0] *= -1.0
     skew[0, 0] += 1e-3
-    for bad in (mirrored, skew, T + np.eye(4)[3]):
-        with pytest.raises(OptionError):
-            solve(bad)
-    for bad in (T[:3], T * np.nan, "T", T * 1j, None):
-        with pytest.raises(ShapeError):
-            solve(bad)
-    for bad in (np.zeros(5), q * np.nan, "q", 0.0):
-        with pytest.raises(ShapeError):
-            solve(T, bad)
-    with pytest.raises(ShapeError):
-        solve.near(T, None)
-    with pytest.raises(ShapeError):
-        solve.batch(T[None], np.zeros((2, 6)))
+    for error, function, arguments in (
+        *((OptionError, solve, (bad,)) for bad in (mirrored, skew, T + np.eye(4)[3])),
+        *((ShapeError, solve, (bad,)) for bad in (T[:3], T * np.nan, "T", T * 1j, None)),
+        *((ShapeError, solve, (T, bad)) for bad in (np.zeros(5), q * np.nan, "q", 0.0)),
+        (ShapeError, solve.near, (T, None)),
+    ):
+        with pytest.raises(error):
+            function(*arguments)
+    with pytest.raises(ShapeError, match=r"q0: shape \(2, 6\); allowed: \(3, 6\) or \(6,\), as T"):
+        solve.batch(np.array([T] * 3), np.zeros((2, 6)))
+    with pytest.raises(ShapeError, match=r"T: shape \(3, 3\); allowed: \(..., 4, 4\), homogeneous matrices"):
+        solve.batch(np.eye(3))
     assert np.array_equal(solve(T.tolist(), q.astype(int)), solve(T, q))
 
 
 def test_options_are_checked():
-    arm = arm_named("kr30ha")
-    with pytest.raises(OptionError, match="starts"):
-        lwr_dyn.ik_solver(arm, starts=0)
-    with pytest.raises(UnknownNameError):
-        lwr_dyn.ik_solver(arm, search="newton")
-
-
-def test_starts_lie_inside_the_limits():
-    for arm in (arm_named("panda"), arm_named("j2n6s300"), random_arm(11, "PRP")):
-        x = search_ranges(arm, True, 50, 0)
-        assert ((x.starts >= arm.lower) & (x.starts <= arm.upper)).all()
-        assert (np.abs(x.starts - x.middle) <= np.pi).all()
-        assert np.isinf(search_ranges(arm, False, 1, 0).lower).all()
+    for options, error, words in (
+        ({"starts": 0}, OptionError, "starts"),
+        ({"search": "newton"}, UnknownNameError, "newton"),
+    ):
+        with pytest.raises(error, match=words):
+            lwr_dyn.ik_solver(arm_named("kr30ha"), **options)
 
 
 @pytest.mark.parametrize("name", ["kr30ha", "lwr4plus", "j2n6s300"])
@@ -172,21 +155,6 @@ def test_a_redundant_arm_is_pulled_inside_its_limits(monkeypatch):
     assert found() < pulled
 
 
-def test_the_first_step_is_that_of_the_formula():
-    arm = arm_named("kr30ha")
-    q = (arm.lower + arm.upper) / 2 + 0.3
-    T = lwr_dyn.forward_kinematics(arm, q)
-    target = T.copy()
-    target[:3, 3] += 0.01, -0.02, 0.005
-    search = pinocchio_search(arm, limits=True, starts=1, seed=0)
-    steps = search._steps(target, q, None)
-    next(steps)
-    J, error = jacobian(arm.chain, q), np.array([0.01, -0.02, 0.005, 0.0, 0.0, 0.0])
-    damping = 0.1 * (error @ error) / 2 + 1e-12
-    expected = q + J.T @ np.linalg.solve(J @ J.T + damping * np.eye(6), error)
-    assert np.abs(next(steps)[0] - expected).max() < 1e-12
-
-
 def test_ranges_are_those_of_the_limits_or_of_half_a_turn():
     arm = random_arm(3, "RRPP")
     limits = ((-0.4, 0.8), (None, None), (-0.1, 0.3), (None, None))
@@ -205,7 +173,7 @@ def test_ranges_are_those_of_the_limits_or_of_half_a_turn():
     np.testing.assert_array_equal(free.starts, x.starts)
 
 
-def test_the_error_of_a_pose_is_twice_the_sine_of_half_its_turn():
+def test_the_error_of_a_pose_is_twice_the_sine_of_half_its_turn_and_the_first_step_that_of_the_formula():
     rng = np.random.default_rng(6)
     for angle in (0.0, 0.3, 2.5):
         axis = rng.normal(size=3)
@@ -217,54 +185,29 @@ def test_the_error_of_a_pose_is_twice_the_sine_of_half_its_turn():
         error, sizes = pose_error(T, pose)
         np.testing.assert_allclose(error, [0.1, -0.2, 0.3, *(2.0 * np.sin(angle / 2.0) * axis)], atol=1e-12)
         np.testing.assert_allclose(sizes, [0.14, np.sin(angle) ** 2, np.cos(angle)], atol=1e-12)
+    arm = arm_named("kr30ha")
+    q = (arm.lower + arm.upper) / 2 + 0.3
+    T = lwr_dyn.forward_kinematics(arm, q)
+    target = T.copy()
+    target[:3, 3] += 0.01, -0.02, 0.005
+    search = pinocchio_search(arm, limits=True, starts=1, seed=0)
+    steps = search._steps(target, q, None)
+    next(steps)
+    J, error = jacobian(arm.chain, q), np.array([0.01, -0.02, 0.005, 0.0, 0.0, 0.0])
+    damping = 0.1 * (error @ error) / 2 + 1e-12
+    expected = q + J.T @ np.linalg.solve(J @ J.T + damping * np.eye(6), error)
+    assert np.abs(next(steps)[0] - expected).max() < 1e-12
 
 
 def test_whole_turns_lead_next_to_a_position_and_inside_the_limits():
-    arm = replace(
-        random_arm(3, "RRRP"),
-        limits=tuple(JointLimits(lower=a, upper=b) for a, b in ((-7, 7), (-1, 6), (-6, 1), (-9, 9))),
-    )
+    limits = tuple(JointLimits(*ends) for ends in ((-7, 7), (-1, 6), (-6, 1), (-9, 9)))
+    arm = replace(random_arm(3, "RRRP"), limits=limits)
     x, turn = search_ranges(arm, True, 1, 0), 2.0 * np.pi
     near = np.array([6.0, 0.0, 0.0, 0.0])
-    np.testing.assert_allclose(with_turns(np.array([0.1, 0.5, 0.5, 8.0]), near, x), [0.1 + turn, 0.5, 0.5, 8.0])
-    np.testing.assert_allclose(
-        with_turns(np.array([0.0, -1.5, 1.5, 8.0]), near, x), [turn, -1.5 + turn, 1.5 - turn, 8.0]
-    )
     tight = replace(x, lower=np.full(4, -1.0), upper=np.full(4, 1.0))
-    np.testing.assert_allclose(with_turns(np.array([0.0, -1.5, 1.5, 8.0]), 0 * near, tight), [0.0, -1.5, 1.5, 8.0])
-
-
-@pytest.mark.parametrize("limits", [True, False])
-def test_a_batch_and_a_miss_by_pinocchio(limits):
-    """What each row says: found and near q0, outside the limits, out of reach with the distance."""
-    arm = arm_named("kr30ha")
-    q = (arm.lower + arm.upper) / 2 + 0.1
-    beyond = np.where(np.arange(6) == 1, arm.upper[1] + 0.3, q)
-    poses = lwr_dyn.forward_kinematics(arm, np.array([q, beyond]))
-    far = poses[0].copy()
-    far[:3, 3] *= 10.0
-    solve = lwr_dyn.ik_solver(arm, search="pinocchio", starts=3, limits=limits)
-    found = solve.batch(np.array([poses[0], poses[1], far]), np.array([q + 0.01, beyond + 0.01, q]))
-    assert found.found.tolist() == [True, not limits, False]
-    assert found.outside.tolist() == [False, limits, False]
-    np.testing.assert_allclose(found.q[0], q, atol=1e-6)
-    assert np.isnan(found.q[2]).all()
-    assert found.distance[0] < 1e-9
-    with pytest.raises(PoseNotReachedError) as caught:
-        solve(far, q)
-    assert caught.value.distance == pytest.approx(found.distance[2], rel=1e-12)
-    reached = lwr_dyn.forward_kinematics(arm, caught.value.q)
-    assert np.linalg.norm(reached[:3, 3] - far[:3, 3]) == pytest.approx(caught.value.distance, abs=1e-9)
-    assert (caught.value.joint, caught.value.excess) == (None, 0.0)
-    if limits:
-        with pytest.raises(PoseNotReachedError) as caught:
-            solve(poses[1], beyond)
-        joint = arm.joint_names.index(caught.value.joint)
-        excess = np.maximum(arm.lower - caught.value.q, caught.value.q - arm.upper)
-        assert (joint, caught.value.excess) == (int(np.argmax(excess)), pytest.approx(excess.max()))
-        np.testing.assert_allclose(lwr_dyn.forward_kinematics(arm, caught.value.q), poses[1], atol=1e-8)
-    np.testing.assert_allclose(solve.near(poses[0], q + 0.01), q, atol=1e-6)
-    with pytest.raises(ShapeError, match=r"q0: shape \(2, 6\); allowed: \(3, 6\) or \(6,\), as T"):
-        solve.batch(np.array([poses[0]] * 3), np.zeros((2, 6)))
-    with pytest.raises(ShapeError, match=r"T: shape \(3, 3\); allowed: \(..., 4, 4\), homogeneous matrices"):
-        solve.batch(np.eye(3))
+    for q, q0, ranges, wanted in (
+        ([0.1, 0.5, 0.5, 8.0], near, x, [0.1 + turn, 0.5, 0.5, 8.0]),
+        ([0.0, -1.5, 1.5, 8.0], near, x, [turn, -1.5 + turn, 1.5 - turn, 8.0]),
+        ([0.0, -1.5, 1.5, 8.0], 0 * near, tight, [0.0, -1.5, 1.5, 8.0]),
+    ):
+        np.testing.assert_allclose(with_turns(np.array(q), q0, ranges), wanted)

@@ -1,4 +1,4 @@
-"""Tests."""
+"""The closed form of S-R-S arms meets any pose on every branch; rates of a motion against its differences."""
 
 import numpy as np
 import pytest
@@ -15,11 +15,36 @@ from lwr_dyn.kinematics.srs import _ball_angles, arm_triangle, closed_form, foll
 from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.spatial import rot_y, rot_z
 from tests.kinematics.srs_arms import each_branch, fk, random_srs_arm
+from tests.random_arms import random_arm
 
 RESIDUAL = 1e-12
 """Largest entry of FK(q) - T."""
 LWR = lwr_dyn.load("lwr4plus")
 G, RANGES = srs_geometry(LWR.chain), joint_ranges(LWR)
+
+
+def test_constants_follow_from_the_axes():
+    """Lengths of the WAM are the hypotenuses over the offset of its elbow."""
+    lwr, wam = srs_geometry(LWR.chain), srs_geometry(lwr_dyn.load("wam7").chain)
+    assert lwr.lengths == pytest.approx((0.40, 0.39))
+    assert lwr.wrist_in_flange == pytest.approx([0, 0, -0.078])
+    assert (lwr.straight, lwr.first.offset, lwr.last.offset) == (0, 0, 0)
+    assert wam.lengths == pytest.approx((np.hypot(0.55, 0.045), np.hypot(0.3, 0.045)), rel=1e-14)
+    assert wam.straight == pytest.approx(np.arctan2(0.045, 0.55) + np.arctan2(0.045, 0.3), rel=1e-14)
+
+
+def test_arms_that_are_not_s_r_s_are_refused():
+    assert srs_geometry(random_srs_arm(5).chain) is not None
+    others = [random_arm(2, joints) for joints in ("RRRRRR", "RRRPRRR")]
+    for arm in (random_srs_arm(5, wrist_off_plane=0.01), *others):
+        assert srs_geometry(arm.chain) is None
+    for arm, reference, error, words in (
+        (random_arm(2, "RRRRRRR"), None, OptionError, "seven-joint"),
+        (LWR, [0, 0, 0], OptionError, "not zero"),
+        (LWR, [0, 0], ShapeError, "reference"),
+    ):
+        with pytest.raises(error, match=words):
+            require_srs(arm, reference)
 
 
 @given(st.integers(0, 10**6))
@@ -30,27 +55,27 @@ def test_every_branch_of_any_such_arm_at_any_arm_angle_meets_the_pose(seed):
     psi = rng.uniform(-np.pi, np.pi, len(T))
     q = closed_form(geometry, ranges, T, psi, signs)
     assert np.abs(fk(arm, q) - T).max() <= RESIDUAL
-    tilts = np.stack(
-        [q[:, 1] + geometry.first.offset, q[:, 3] - geometry.straight, q[:, 5] + geometry.last.offset], axis=1
-    )
+    tilts = q[:, [1, 3, 5]] + [geometry.first.offset, -geometry.straight, geometry.last.offset]
     assert (np.sign(np.sin(tilts)) == signs).all()
     assert (np.abs(q - ranges.middle) <= np.pi).all()
 
 
-def test_one_branch_and_arm_angle_give_back_the_positions_the_pose_came_from():
-    q = np.random.default_rng(3).uniform(LWR.lower, LWR.upper, (500, 7))
-    T = fk(LWR, q)
-    triangle = arm_triangle(G, T)
-    elbow = np.stack(list(link_frames(LWR.chain, q)))[2, :, :3, 3]
-    psi = np.arctan2(
-        np.einsum("ki,ki->k", elbow, np.cross(triangle.u, triangle.up)), np.einsum("ki,ki->k", elbow, triangle.up)
-    )
-    again = closed_form(G, RANGES, T, psi, np.sign(q[:, [1, 3, 5]]))
+@pytest.mark.parametrize("name", ["lwr4plus", "wam7"])
+def test_one_branch_and_arm_angle_give_back_the_positions_the_pose_came_from(name):
+    arm = lwr_dyn.load(name)
+    geometry, q = srs_geometry(arm.chain), np.random.default_rng(3).uniform(arm.lower, arm.upper, (500, 7))
+    triangle, axes = arm_triangle(geometry, fk(arm, q)), joint_axes(arm.chain, q)
+    z, to_axis = axes.z[:, 3], axes.p[:, 3] - geometry.shoulder
+    elbow = to_axis - z * (z * to_axis).sum(-1, keepdims=True)
+    across = np.cross(triangle.u, triangle.up)
+    psi = np.arctan2((elbow * across).sum(-1), (elbow * triangle.up).sum(-1))
+    tilts = q[:, [1, 3, 5]] + [geometry.first.offset, -geometry.straight, geometry.last.offset]
+    again = closed_form(geometry, joint_ranges(arm), fk(arm, q), psi, np.sign(np.sin(tilts)))
     # the elbow direction of a nearly straight arm is read off short lengths
     assert np.abs(wrap(again - q)).max() < 1e-9
 
 
-def test_zero_of_the_arm_angle_is_the_elbow_above_the_line_from_shoulder_to_wrist():
+def test_zero_of_the_arm_angle_is_the_elbow_above_the_line_to_the_wrist_and_a_reference_turns_it_only():
     T = fk(LWR, np.array([[0.3, 0.9, 0.2, -1.2, 0.1, 0.7, 0.0]]))
     up, side = (closed_form(G, RANGES, T, np.array([psi]), BRANCHES[0]) for psi in (0.0, np.pi / 2))
     w = T[0, :3, 3] + T[0, :3, :3] @ G.wrist_in_flange
@@ -59,25 +84,30 @@ def test_zero_of_the_arm_angle_is_the_elbow_above_the_line_from_shoulder_to_wris
         off = elbow - (elbow @ w) / (w @ w) * w
         square = np.array(direction) - (np.array(direction) @ w) / (w @ w) * w
         assert off @ square == pytest.approx(np.linalg.norm(off) * np.linalg.norm(square))
+    T = fk(LWR, np.array([[0.3, 0.9, 0.2, -1.2, 0.1, 0.7, 0.0]]))
+    other = require_srs(LWR, [2.0, 0.0, 0.0])
+    up = arm_triangle(other, T).up[0]
+    old = arm_triangle(G, T)
+    psi = np.arctan2(up @ np.cross(old.u[0], old.up[0]), up @ old.up[0])
+    a = closed_form(other, RANGES, T, np.array([0.5]), BRANCHES[3])
+    b = closed_form(G, RANGES, T, np.array([0.5 + psi]), BRANCHES[3])
+    assert a == pytest.approx(b)
 
 
-@pytest.mark.parametrize("zero", [(1, 3, 5), (1,), (3,), (5,), (1, 3), (3, 5), (1, 5), range(7)])
-def test_aligned_joints_are_solved(zero):
+@pytest.mark.parametrize(
+    ("joints", "value"),
+    [
+        *((joints, 0.0) for joints in ((1, 3, 5), (1,), (3,), (5,), (1, 3), (3, 5), (1, 5), range(7))),
+        *(((1, 5), tilt) for tilt in (1e-5, 1e-8, 1e-11, 1e-14)),
+    ],
+)
+def test_aligned_and_nearly_aligned_joints_keep_the_residual(joints, value):
     q = np.random.default_rng(1).uniform(LWR.lower, LWR.upper, (50, 7))
-    q[:, list(zero)] = 0.0
+    q[:, list(joints)] = value
     T, signs = each_branch(fk(LWR, q))
-    for psi in (-2.0, 0.0, 1.0):
+    for psi in (-2.0, 0.0, 0.4):
         result = closed_form(G, RANGES, T, np.full(len(T), psi), signs)
         assert np.abs(fk(LWR, result) - T).max() <= RESIDUAL
-
-
-@pytest.mark.parametrize("tilt", [1e-5, 1e-8, 1e-11, 1e-14])
-def test_nearly_aligned_joints_keep_the_residual(tilt):
-    q = np.random.default_rng(1).uniform(LWR.lower, LWR.upper, (50, 7))
-    q[:, [1, 5]] = tilt
-    T, signs = each_branch(fk(LWR, q))
-    result = closed_form(G, RANGES, T, np.full(len(T), 0.4), signs)
-    assert np.abs(fk(LWR, result) - T).max() <= RESIDUAL
 
 
 @pytest.mark.parametrize("tilt", [0.0, np.pi])
@@ -101,17 +131,6 @@ def test_wrist_on_the_axis_of_joint_1_counts_from_x():
     assert elbow[0] > 0.1
     assert abs(elbow[1]) < RESIDUAL
     assert np.abs(fk(LWR, q) - T).max() <= RESIDUAL
-
-
-def test_another_reference_turns_the_zero_only():
-    T = fk(LWR, np.array([[0.3, 0.9, 0.2, -1.2, 0.1, 0.7, 0.0]]))
-    other = require_srs(LWR, [2.0, 0.0, 0.0])
-    up = arm_triangle(other, T).up[0]
-    old = arm_triangle(G, T)
-    psi = np.arctan2(up @ np.cross(old.u[0], old.up[0]), up @ old.up[0])
-    a = closed_form(other, RANGES, T, np.array([0.5]), BRANCHES[3])
-    b = closed_form(G, RANGES, T, np.array([0.5 + psi]), BRANCHES[3])
-    assert a == pytest.approx(b)
 
 
 STEP = 2e-3
@@ -218,20 +237,34 @@ def test_singular_arms_stand_still_or_are_refused(q, why):
     assert caught.value.index == 1
 
 
+def test_a_stretched_wam_is_singular_where_its_elbow_is_in_line():
+    wam, none = lwr_dyn.load("wam7"), np.zeros((2, 6))
+    q = [0.3, 0.7, 0.2, srs_geometry(wam.chain).straight, 0.4, 0.9, 0.1]
+    T = np.tile(lwr_dyn.forward_kinematics(wam, q), (2, 1, 1))
+    with pytest.raises(SingularArmError, match="stretched"):
+        follow(wam, BRANCHES[2], T, none + np.eye(6)[0], none, np.full(2, 0.4), np.zeros(2), np.zeros(2))
+
+
+def test_on_the_line_of_a_tilted_reference_the_elbow_counts_from_a_direction_across_it():
+    other = require_srs(LWR, [1.0, 2.0, 3.0])
+    T = np.tile(np.eye(4), (2, 1, 1))
+    T[0, :3, 3] = np.array([1.0, 2.0, 3.0]) / 8.0 - other.wrist_in_flange + other.shoulder
+    T[1, :3, 3] = [0.4, 0.1, 0.3]
+    triangle = arm_triangle(other, T)
+    assert triangle.u[0] == pytest.approx(other.reference)
+    assert (triangle.u * triangle.up).sum(-1) == pytest.approx([0.0, 0.0], abs=1e-15)
+    assert np.linalg.norm(triangle.up, axis=1) == pytest.approx([1.0, 1.0])
+
+
 def test_bad_input_is_named():
-    T, v, a, psi, dpsi, ddpsi = lwr_motion()(np.linspace(0, 1, 4))
-    with pytest.raises(ShapeError, match="velocity"):
-        follow(LWR, BRANCHES[0], T, v[:3], a, psi, dpsi, ddpsi)
-    with pytest.raises(ShapeError, match="psi"):
-        follow(LWR, BRANCHES[0], T, v, a, psi[:, None], dpsi, ddpsi)
-    with pytest.raises(OptionError, match="seven-joint"):
-        follow(_six_joints(), BRANCHES[0], T, v, a, psi, dpsi, ddpsi)
-    T[2, :3, 3] *= 9
-    with pytest.raises(OutOfReachError, match="row = 2"):
-        follow(LWR, BRANCHES[0], T, v, a, psi, dpsi, ddpsi)
-
-
-def _six_joints():
-    from tests.random_arms import random_arm
-
-    return random_arm(2, "RRRRRR")
+    T, v, a, *psi = lwr_motion()(np.linspace(0, 1, 4))
+    far = T.copy()
+    far[2, :3, 3] *= 9
+    for arm, poses, speeds, angle, error, words in (
+        (LWR, T, v[:3], psi[0], ShapeError, "velocity"),
+        (LWR, T, v, psi[0][:, None], ShapeError, "psi"),
+        (random_arm(2, "RRRRRR"), T, v, psi[0], OptionError, "seven-joint"),
+        (LWR, far, v, psi[0], OutOfReachError, "row = 2"),
+    ):
+        with pytest.raises(error, match=words):
+            follow(arm, BRANCHES[0], poses, speeds, a, angle, *psi[1:])

@@ -109,17 +109,12 @@ def test_an_interval_is_cut_where_a_ball_aligns():
     assert abs(wrap(np.array(jump[1] - jump[0]))) == pytest.approx(np.pi, abs=1e-3)
 
 
-def test_unknown_limits_and_ranges_of_more_than_a_turn_restrict_nothing():
-    free = replace(LWR, limits=(JointLimits(), JointLimits(-7.0, 7.0), JointLimits(lower=0.0)) + (JointLimits(),) * 4)
-    problem, *_ = problem_of(free, np.array([[0.4, 0.5, 0.3, -1.1, 0.2, 0.6, 0.1]]))
-    assert intervals_at_level(problem, np.zeros(8)).of(0) == ((-np.pi, np.pi),)
-
-
-def test_a_margin_one_picoradian_below_a_level_keeps_it():
+def test_unknown_limits_restrict_nothing_and_a_margin_one_picoradian_below_a_level_keeps_it():
     """The elbow's margin is the same at every arm angle: where it is the smallest, all of them or none keep a level."""
-    limits = [JointLimits() for _ in range(7)]
-    arm = replace(LWR, limits=(*limits[:3], JointLimits(-2.0, 2.0), *limits[4:]))
-    problem, *_ = problem_of(arm, np.array([[0.4, 0.5, 0.3, -1.1, 0.2, 0.6, 0.1]]))
+    free, q = (JointLimits(),) * 7, np.array([[0.4, 0.5, 0.3, -1.1, 0.2, 0.6, 0.1]])
+    wide = replace(LWR, limits=(JointLimits(), JointLimits(-7.0, 7.0), JointLimits(lower=0.0), *free[3:]))
+    assert intervals_at_level(problem_of(wide, q)[0], np.zeros(8)).of(0) == ((-np.pi, np.pi),)
+    problem, *_ = problem_of(replace(LWR, limits=(*free[:3], JointLimits(-2.0, 2.0), *free[4:])), q)
     below = np.linspace(0.0, 3e-12, 13)
     kept = [not intervals_at_level(problem, problem.elbow_margin + x).empty.any() for x in below]
     assert kept == [bool(x < 1.1e-12) for x in below]
@@ -142,12 +137,14 @@ def test_best_arm_angle_is_the_best_of_all(seed):
 
 
 @pytest.mark.slow
-def test_1000_random_poses_inside_the_limits_are_all_solved():
-    q = np.random.default_rng(7).uniform(LWR.lower, LWR.upper, (1000, 7))
-    T, signs = each_branch(fk(LWR, q))
-    geometry, ranges = srs_geometry(LWR.chain), joint_ranges(LWR)
+@pytest.mark.parametrize("name", ["lwr4plus", "wam7"])
+def test_1000_random_poses_inside_the_limits_are_all_solved(name):
+    arm = lwr_dyn.load(name)
+    q = np.random.default_rng(7).uniform(arm.lower, arm.upper, (1000, 7))
+    T, signs = each_branch(fk(arm, q))
+    geometry, ranges = srs_geometry(arm.chain), joint_ranges(arm)
     best = best_angles(margin_problem(geometry, ranges, T, signs))
     result = closed_form(geometry, ranges, T, best.psi, signs)
-    assert np.abs(fk(LWR, result) - T).max() <= RESIDUAL
-    inside = ((result >= LWR.lower) & (result <= LWR.upper)).all(axis=1).reshape(1000, 8)
+    assert np.abs(fk(arm, result) - T).max() <= RESIDUAL
+    inside = ((result >= arm.lower) & (result <= arm.upper)).all(axis=1).reshape(1000, 8)
     assert inside.any(axis=1).all()

@@ -9,32 +9,26 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, RatingWarning, UnknownNameError
 from lwr_dyn.kinematics.forward import jacobian
 from lwr_dyn.model.arm import JointGains, JointLimits, Ratings, arm_with_payload, arm_with_scaled_inertia
-from lwr_dyn.model.chain import with_payload
+from lwr_dyn.model.chain import Rotor, with_payload
 from lwr_dyn.model.friction import symmetric
 
 ARM = lwr_dyn.load("lwr4plus")
 WAM = lwr_dyn.load("wam7")
 
 
-def test_its_representation_is_short_and_names_robot_and_reading():
-    assert repr(ARM) == "Arm('lwr4plus', reading='physical', n=7)"
-    assert len(repr(ARM.chain)) < 100
-
-
-def test_unknown_limits_are_infinite_and_never_zero():
-    bare = replace(ARM, limits=(JointLimits(),) * 7)
-    assert (bare.lower == -np.inf).all()
-    for limit in (bare.upper, bare.velocity, bare.effort):
-        assert (limit == np.inf).all()
-    assert bare.friction_models() == (None,) * 7
-
-
-def test_friction_per_direction_comes_before_the_pair_of_the_limits():
+def test_unknown_limits_are_infinite_and_friction_per_direction_comes_before_their_pair():
     limits = tuple(replace(x, viscous=0.5) for x in WAM.limits)
     assert replace(WAM, limits=limits).friction_models() == WAM.friction
     limits = (JointLimits(viscous=0.5), JointLimits(coulomb=2.0), *[JointLimits()] * 5)
     plain = replace(WAM, limits=limits, friction=())
     assert plain.friction_models() == (symmetric(0.0, 0.5), symmetric(2.0, 0.0), *[None] * 5)
+    known = JointLimits(-1.0, 2.0, 3.0, 4.0)
+    arm = replace(ARM, limits=(known, *(JointLimits(),) * 6))
+    for found, first, unknown in ((arm.lower, -1.0, -np.inf), (arm.upper, 2.0, np.inf), (arm.velocity, 3.0, np.inf),
+                                  (arm.effort, 4.0, np.inf)):  # fmt: skip
+        assert found.tolist() == [first, *[unknown] * 6]
+    assert arm.friction_models() == (None,) * 7
+    assert len(repr(ARM.chain)) < 100
 
 
 def test_a_payload_changes_one_body_and_drops_its_sources_only():
@@ -96,20 +90,38 @@ def test_a_payload_is_a_point_at_the_flange_where_nothing_else_is_said():
 
 
 def test_impossible_locks_are_refused():
-    with pytest.raises(UnknownNameError, match="no joint of lwr4plus named 'joint_9'"):
-        ARM.with_locked_joint("joint_9", 0.0)
-    with pytest.raises(OptionError, match=r"lock of joint_1: 9\.0; allowed: -2\.9"):
-        ARM.with_locked_joint("joint_1", 9.0)
     last = ARM
     for joint in ARM.joint_names[:-1]:
         last = last.with_locked_joint(joint, 0.0)
-    with pytest.raises(OptionError, match="the last joint"):
-        last.with_locked_joint("joint_7", 0.0)
+    for arm, joint, value, error, words in (
+        (ARM, "joint_9", 0.0, UnknownNameError, "no joint of lwr4plus named 'joint_9'"),
+        (ARM, "joint_1", 9.0, OptionError, r"lock of joint_1: 9\.0; allowed: -2\.96706 to 2\.96706"),
+        (last, "joint_7", 0.0, OptionError, "lock of joint_7: the last joint; allowed: at least one joint that moves"),
+    ):
+        with pytest.raises(error, match=words):
+            arm.with_locked_joint(joint, value)
 
 
 def test_dynamics_without_masses_names_what_is_missing():
-    with pytest.raises(MissingDataError, match="lwr4: masses and inertias not given; needed for dynamics"):
-        lwr_dyn.load("lwr4").require_dynamics()
     links = (replace(ARM.chain.links[0], body=None), *ARM.chain.links[1:])
-    with pytest.raises(MissingDataError, match="masses and inertias of link_1 not given"):
-        replace(ARM, chain=replace(ARM.chain, links=links)).require_dynamics()
+    for arm, words in (
+        (lwr_dyn.load("lwr4"), "lwr4: masses and inertias not given; needed for dynamics"),
+        (replace(ARM, chain=replace(ARM.chain, links=links)), "masses and inertias of link_1 not given"),
+    ):
+        with pytest.raises(MissingDataError, match=words):
+            arm.require_dynamics()
+
+
+def test_rotors_between_joints_and_friction_with_load_are_said_above_rounding():
+    """TX40: 0.0105 kg m^2 between joints 5 and 6; a millionth of the largest armature is rounding."""
+    tx40 = lwr_dyn.load("tx40")
+    for last, said in ((0.9e-6, False), (1.1e-6, True)):
+        armature = (0.1, 0.1, 0.1, 0.1, 1.0, last)
+        links = [replace(x, rotor=Rotor(1.0, y, True)) for x, y in zip(tx40.chain.links, armature, strict=True)]
+        assert bool(tx40.with_chain(replace(tx40.chain, links=tuple(links))).coupled_rotors) == said
+    assert replace(tx40, transmission=None).coupled_rotors == ""
+    assert tx40.with_locked_joint("joint_1", 0.0).coupled_rotors == ""
+    grows = replace(WAM, friction=(None, replace(WAM.friction[1], load=0.123), *WAM.friction[2:]))
+    assert grows.friction_with_load == "left out: friction that grows with the load, 0.12 of it at joint_2"
+    assert (WAM.friction_with_load, WAM.has_friction, ARM.has_friction) == ("", True, False)
+    assert replace(ARM, limits=(JointLimits(viscous=0.0, coulomb=0.0),) * 7).has_friction is False

@@ -28,12 +28,11 @@ def test_words_are_read_back(left, estimates, contradicted):
     assert read.words() == said.words()
 
 
-def test_nothing_is_said_of_a_clean_arm_and_foreign_words_are_left_out():
+def test_nothing_is_said_of_a_clean_arm_of_foreign_words_or_of_numbers_that_are_not_used():
     assert Caveats().words() == "" == Caveats(likely=("a",)).words()
     assert caveats_of_words("made by hand; wings estimated") == Caveats()
-
-
-def test_only_the_numbers_that_are_used_count():
+    assert Caveats(("a", "b", "c")).words() == "leaves a, b and c in place, proven errors"
+    assert Caveats(likely=("b",)).errata_words(()) == "none"
     springs = Caveats(estimates=(StandIn("gear stiffness", "assumed"), StandIn("speed limits", "assumed")))
     assert springs.words(DYNAMICS) == "speed limits assumed" == springs.words(KINEMATICS)
     assert springs.words() == "gear stiffness and speed limits assumed"
@@ -48,16 +47,13 @@ def test_an_arm_keeps_them_whatever_is_done_with_it():
     )
 
 
-def test_a_reading_that_keeps_a_proven_error_says_so_in_its_representation():
-    arm = lwr_dyn.load("lwr4plus", "computed")
-    assert repr(arm) == "Arm('lwr4plus', reading='computed', n=7, leaves rotor-inertia-power in place, a proven error)"
-    assert "leaves rotor-inertia-power in place" in lwr_dyn.load("lwr4plus", "computed")._repr_html_()
-    assert "leaves" not in repr(lwr_dyn.load("lwr4plus")) + lwr_dyn.load("lwr4plus")._repr_html_()
+def test_a_reading_that_keeps_a_proven_error_says_so_and_an_inertia_that_no_body_can_have_is_said():
+    computed, arm = lwr_dyn.load("lwr4plus", "computed"), lwr_dyn.load("lwr4plus")
+    error = "leaves rotor-inertia-power in place, a proven error"
+    assert repr(computed) == f"Arm('lwr4plus', reading='computed', n=7, {error})"
+    assert ["leaves rotor-inertia-power in place" in x._repr_html_() for x in (computed, arm)] == [True, False]
+    assert repr(arm) == "Arm('lwr4plus', reading='physical', n=7)"
     assert "estimated from drawn solids" in lwr_dyn.load("kr30ha")._repr_html_()
-
-
-def test_an_inertia_that_no_body_can_have_is_said_of_what_needs_it():
-    arm = lwr_dyn.load("lwr4plus")
     bodies = list(arm.chain.bodies)
     bodies[2] = replace(bodies[2], inertia_com=np.diag([0.01, 0.01, 0.1]))
     bad = arm.with_chain(with_bodies(arm.chain, bodies))

@@ -6,10 +6,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lwr_dyn.model.chain import Body
-from lwr_dyn.model.ellipsoid import inertia_ellipsoid, no_ellipsoid
+from lwr_dyn.model.ellipsoid import inertia_ellipsoid, no_ellipsoid, solid_ellipsoid
 from tests.pages.explorer.explored import NAMES, explored_arm
 from tests.random_arms import random_body
 from tests.tolerances import EXACT
+
+
+def test_a_thin_rod_is_as_long_as_it_must_be_and_a_plate_may_be_round_to_a_billionth():
+    shape = inertia_ellipsoid(Body(3.0, np.ones(3), np.diag([0.0, 0.6, 0.6])))
+    np.testing.assert_allclose(shape.semi_axes, [1.0, 0.0, 0.0], atol=1e-15)
+    assert shape.centre.tolist() == [1.0] * 3
+    np.testing.assert_allclose(shape.image.matrix()[:3], [[*row, 1.0] for row in shape.axes * shape.semi_axes])
+    for second, is_one in ((-0.9e-9, True), (-1.1e-9, False), (np.nan, False)):
+        assert (solid_ellipsoid(1.0, np.zeros(3), np.diag([second, 0.5, 1.0])) is not None) == is_one
+    assert solid_ellipsoid(0.0, np.zeros(3), np.eye(3)) is None
 
 
 def assert_same_inertia(shape, body):
@@ -54,8 +64,3 @@ def test_ellipsoids_of_arms_lie_along_the_eigenvectors(name):
 def test_a_body_without_an_ellipsoid_says_why(body, why):
     assert no_ellipsoid(body) == why
     assert body is None or inertia_ellipsoid(body) is None
-
-
-def test_a_thin_rod_is_as_long_as_it_must_be():
-    shape = inertia_ellipsoid(Body(3.0, np.zeros(3), np.diag([0.0, 0.6, 0.6])))
-    np.testing.assert_allclose(shape.semi_axes, [1.0, 0.0, 0.0], atol=1e-15)

@@ -12,21 +12,15 @@ def written(link, mass, x=0.0):
     return WrittenLink(link, body)
 
 
-def test_a_weld_is_the_sum_of_its_links():
+def test_a_weld_is_the_sum_of_its_heavy_links_and_an_arm_of_a_data_file_has_no_layout():
     body = welded([written("a", 1.0, 1.0), written("b", None), written("c", 3.0, -1.0)])
     assert body.mass == 4.0
     assert body.com.tolist() == [-0.5, 0.0, 0.0]
     assert welded([written("a", None)]) is None
-
-
-def test_links_without_mass_are_not_heavy():
     assert Body.massless().is_weightless
     assert not Body(1.0, np.zeros(3), np.zeros((3, 3))).is_weightless
     assert [link for link, _ in heavy([written("a", 1.0), written("b", None), written("c", 0.0)])] == ["a"]
     assert [link for link, _ in heavy([written("a", 0.0), written("b", 1.0)])] == ["a", "b"]  # the first one counts
-
-
-def test_an_arm_of_a_data_file_has_no_layout_of_a_urdf():
     arm = lwr_dyn.load("lwr4")
     assert arm.layout is None
     assert fitting(None, arm.chain) is None

@@ -1,7 +1,5 @@
 """Friction models: levels, signs, directions, what is refused; the smooth form against the exact one."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -26,25 +24,18 @@ levels = st.floats(0.0, 10.0)
 slopes = st.floats(-5.0, 5.0)
 
 
-def test_each_direction_has_its_own_level_slope_and_stribeck_fall():
+def test_each_direction_has_its_own_law_and_at_rest_there_is_the_offset_within_breakaway():
     up = 0.25 + 4.0 + 0.5 * 0.3 + 2.0 * np.exp(-9.0)
     down = 0.25 - (3.0 - 0.2 * 0.3)
     assert ONE_SIDED.torque([0.3, -0.3]) == pytest.approx([up, down], rel=1e-15)
-
-
-def test_at_rest_the_offset_is_returned_and_breakaway_gives_the_held_torque():
-    assert ONE_SIDED.torque(0.0) == 0.25
-    assert ONE_SIDED.breakaway == (0.25 - 3.0, 0.25 + 6.0)
-    assert JointFriction(Direction(1.0, 0.0), Direction(1.0, 0.0)).breakaway == (-1.0, 1.0)
-
-
-def test_static_without_a_stribeck_velocity_is_gone_with_the_first_motion():
-    stiff = JointFriction(Direction(1.0, 0.0, 2.0), Direction(1.0, 0.0, 2.0))
+    # Static friction without a Stribeck velocity is gone with the first motion; with one it falls from static.
+    stiff = JointFriction(Direction(1.0, 0.0, 2.0), Direction(1.0, 0.0))
+    assert (ONE_SIDED.torque(0.0), ONE_SIDED.breakaway, stiff.breakaway) == (
+        0.25,
+        (0.25 - 3.0, 0.25 + 6.0),
+        (-1.0, 2.0),
+    )
     assert stiff.torque([1e-300, -1e-300]).tolist() == [1.0, -1.0]
-    assert stiff.breakaway == (-2.0, 2.0)
-
-
-def test_the_stribeck_law_starts_at_static():
     assert Direction(1.0, 0.3, 1.5, 0.05).magnitude(1e-12) == pytest.approx(1.5, rel=1e-11)
 
 
@@ -66,8 +57,13 @@ def test_torques_of_an_arm_keep_the_batch_and_are_zero_where_nothing_is_known():
 
 @pytest.mark.parametrize("dq", [[0.0], [[1.0], [2.0]], 3.0, [np.nan, 0.0]])
 def test_velocities_of_the_wrong_shape_are_refused(dq):
-    with pytest.raises(ShapeError, match="dq: "):
-        friction_torque((None, ONE_SIDED), dq)
+    for name, arrays in (("dq", (dq,)), ("carried", ([0.0, 0.0], dq))):
+        with pytest.raises(ShapeError, match=f"{name}: "):
+            friction_torque((None, ONE_SIDED), *arrays)
+
+
+def joint(*numbers, **others):
+    return JointFriction(Direction(1, 0), Direction(1, 0), *numbers, **others)
 
 
 @pytest.mark.parametrize(
@@ -79,36 +75,31 @@ def test_velocities_of_the_wrong_shape_are_refused(dq):
         (lambda: Direction(1.0, 0.0, 0.9), "friction static: 0.9; allowed: at least the Coulomb level 1, or none"),
         (lambda: Direction(1.0, 0.0, np.nan), "friction static: nan; allowed: a finite"),
         (lambda: Direction(1.0, 0.0, 2.0, np.inf), "friction stribeck_velocity: inf; allowed: a finite"),
-        (lambda: JointFriction(Direction(1, 0), Direction(1, 0), covered=np.inf), "covered: inf; allowed: a speed"),
-        (lambda: smooth_friction([ONE_SIDED], np.inf), "width: inf; allowed: a speed above 0"),
+        (lambda: Direction(1.0, 0.0, 2.0, 0.0), "stribeck_velocity: 0.0; allowed: above 0, or none"),
+        (lambda: joint(np.inf), "friction offset: inf; allowed: a finite"),
+        (lambda: joint(covered=np.inf), "friction covered: inf; allowed: a speed above 0, or none"),
+        (lambda: joint(covered=0.0), "friction covered: 0.0; allowed: a speed"),
+        (lambda: joint(load=-0.1), "friction load: -0.1; allowed: a share of at least 0 and below 1"),
+        (lambda: joint(load=1.0), r"friction load: 1\.0; allowed"),
+        (lambda: joint(load=np.nan), "friction load: nan; allowed"),
         (lambda: Sigmoid(-1e-9, 1.0, 0.0), "friction sigmoid level: -1e-09; allowed: 0 or more"),
         (lambda: Sigmoid(1.0, 0.0, 0.0), "friction sigmoid slope: 0.0; allowed: above 0"),
-        (lambda: Direction(1.0, 0.0, 2.0, 0.0), "stribeck_velocity: 0.0; allowed: above 0"),
-        (lambda: JointFriction(Direction(1, 0), Direction(1, 0), np.inf), "friction offset: inf; allowed: a finite"),
-        (
-            lambda: JointFriction(Direction(1, 0), Direction(1, 0), covered=0.0),
-            "covered: 0.0; allowed: a speed above 0",
-        ),
-        (lambda: replace(ONE_SIDED, load=-0.1), "friction load: -0.1; allowed: a share of at least 0 and below 1"),
-        (lambda: replace(ONE_SIDED, load=1.0), r"friction load: 1\.0; allowed"),
-        (lambda: replace(ONE_SIDED, load=np.nan), "friction load: nan; allowed"),
-        (lambda: smooth_friction([ONE_SIDED], 0.0), "width: 0.0; allowed: a speed above 0"),
-        (lambda: smooth_friction([ONE_SIDED], np.nan), "width: nan; allowed: a speed above 0"),
+        (lambda: Sigmoid(1.0, 1.0, np.inf), "friction sigmoid shift: inf; allowed: a finite number"),
+        *((lambda x=x: smooth_friction([ONE_SIDED], x), f"width: {x}; allowed: a speed above 0")
+          for x in (0.0, np.nan, np.inf)),
     ],
-)
+)  # fmt: skip
 def test_numbers_that_mean_nothing_are_refused(make, says):
     with pytest.raises(OptionError, match=says):
         make()
 
 
-def test_away_from_rest_the_smooth_form_is_the_law_itself():
-    dq = np.random.default_rng(1).uniform(-1, 1, (200, 2))
-    dq = dq[(np.abs(dq) > 20e-3).all(axis=1)]
-    smooth = smooth_friction((None, ONE_SIDED), 1e-3)(dq)
-    np.testing.assert_allclose(smooth, friction_torque((None, ONE_SIDED), dq), atol=SMEARED)
+def test_the_least_numbers_that_mean_something_are_taken():
+    Direction(0.0, -1.0, 0.0, 1e-9)
+    joint(covered=1e-9, load=0.999, sigmoid=Sigmoid(0.0, 1e-9, -1.0))
 
 
-def test_the_smooth_form_is_the_offset_at_rest_continuous_and_never_above_the_levels():
+def test_the_smooth_form_is_the_offset_at_rest_continuous_and_away_from_rest_the_law_itself():
     law = smooth_friction([ONE_SIDED], 1e-3)
     assert law(np.array([0.0])) == 0.25
     v = np.linspace(-5e-3, 5e-3, 20001)[:, None]
@@ -116,6 +107,10 @@ def test_the_smooth_form_is_the_offset_at_rest_continuous_and_never_above_the_le
     assert np.abs(np.diff(tau)).max() < 6.0 / 1e-3 * 5e-7 * 1.01  # the slope at rest is level / width
     assert tau.max() < ONE_SIDED.breakaway[1]
     assert tau.min() > ONE_SIDED.breakaway[0]
+    dq = np.random.default_rng(1).uniform(-1, 1, (200, 2))
+    dq = dq[(np.abs(dq) > 20e-3).all(axis=1)]
+    smooth = smooth_friction((None, ONE_SIDED), 1e-3)(dq)
+    np.testing.assert_allclose(smooth, friction_torque((None, ONE_SIDED), dq), atol=SMEARED)
 
 
 @given(st.floats(-3.0, 3.0), st.floats(0.01, 5.0), st.booleans())
@@ -174,10 +169,3 @@ def test_a_sigmoid_is_the_formula_of_its_source():
 def test_a_sigmoid_of_a_motor_is_seen_at_its_joint(level, slope, shift, ratio):
     motor, v = Sigmoid(level, slope, shift), np.linspace(-1.0, 1.0, 11)
     assert motor.from_motor(ratio).torque(v) == pytest.approx(ratio * motor.torque(ratio * v), abs=1e-9)
-
-
-@pytest.mark.parametrize(("numbers", "field"), [((-1.0, 1.0, 0.0), "level"), ((1.0, 0.0, 0.0), "slope"),
-                                                ((1.0, 1.0, np.inf), "shift")])  # fmt: skip
-def test_a_sigmoid_that_cannot_be_is_refused(numbers, field):
-    with pytest.raises(OptionError, match=f"sigmoid {field}"):
-        Sigmoid(*numbers)

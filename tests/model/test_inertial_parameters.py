@@ -26,7 +26,7 @@ BODY = """<inertial><origin xyz="0.1 0 0"/><mass value="1"/>
   <inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>"""
 
 
-def test_a_turn_is_that_of_pinocchio():
+def test_a_turn_is_that_of_pinocchio_and_of_an_arm_from_tables_none():
     pin.seed(3)
     for _ in range(20):
         body, pose = pin.Inertia.Random(), pin.SE3.Random()
@@ -34,6 +34,7 @@ def test_a_turn_is_that_of_pinocchio():
         P = pseudo_inertias(body.toDynamicParameters()[[*PINOCCHIO]])
         found = inertial_parameters(pose.homogeneous @ P @ pose.homogeneous.T)[[*PINOCCHIO]]
         assert np.abs(found - expected).max() < EXACT * np.abs(expected).max()
+    assert np.array_equal(parameter_turns(lwr_dyn.load("wam7")), np.tile(np.eye(10), (7, 1, 1)))
 
 
 @pytest.mark.parametrize("which", ["payload", "base"])
@@ -58,7 +59,3 @@ def test_a_load_is_learnt_in_the_frame_of_the_urdfs_own_link(tmp_path, which):
     shown = adapted.link_parameters(np.stack([theta, 2.0 * theta])).reshape(2, -1, 10)
     for one, joint, turn in zip(np.moveaxis(shown, 1, 0), of_joints, adapted.turns, strict=True):
         assert np.abs(one - np.outer([1, 2], turn @ joint)).max() < EXACT
-
-
-def test_an_arm_from_tables_keeps_the_frames_of_its_joints():
-    assert np.array_equal(parameter_turns(lwr_dyn.load("wam7")), np.tile(np.eye(10), (7, 1, 1)))

@@ -12,13 +12,9 @@ from lwr_dyn.model.printed_number import agrees, last_digit, power_of_ten, print
     [("2.924", 2.924, 5e-4), ("7310", 7310.0, 0.5), ("1.325e-7", 1.325e-7, 5e-11), ("\N{MINUS SIGN}.5", -0.5, 0.05)],
 )
 def test_value_and_half_of_the_last_digit(text, value, half):
-    number = printed_number(text)
-    assert (number.value, number.half) == (value, half)
-
-
-def test_a_unit_scales_value_and_half():
-    number = printed_number("12.5", 1e-3)
-    assert (number.value, number.half, number.text) == (12.5e-3, 0.05e-3, "12.5")
+    number, scaled = printed_number(text), printed_number(text, 1e-3)
+    assert (number.value, number.half, number.is_whole) == (value, half, text == "7310")
+    assert (scaled.value, scaled.half, scaled.text) == (value * 1e-3, half * 1e-3, number.text)
 
 
 @pytest.mark.parametrize(
@@ -36,14 +32,19 @@ def test_a_value_agrees_with_itself_rounded_and_not_with_the_next_digit(value, d
     assert not agrees(text, value + 1.01 * float(last_digit(text)))
 
 
-def test_a_finer_step_narrows_what_agrees():
-    assert agrees("0", 0.4)
-    assert not agrees("0", 0.4, "0.01")
-    assert agrees("0.25", 0.2549, "1")
+def test_a_finer_step_narrows_what_agrees_and_slack_widens_it():
+    assert [agrees("0", 0.4), agrees("0", 0.4, "0.01"), agrees("0.25", 0.2549, "1")] == [True, False, True]
+    assert [printed_number("2.0").meets(2.07, slack) for slack in (0.0, 0.019, 0.021)] == [False, False, True]
 
 
-def test_powers_of_ten():
-    assert power_of_ten(1.325e-5, printed_number("1.325e-7")) == 2
-    assert power_of_ten(1.0, printed_number("1000")) == -3
-    assert power_of_ten(2.0, printed_number("1000")) == 0
-    assert power_of_ten(0.0, printed_number("0")) == 0
+@pytest.mark.parametrize(
+    ("value", "text", "options", "power"),
+    [
+        (1.325e-5, "1.325e-7", {}, 2), (1.0, "1000", {}, -3), (2.0, "1000", {}, 0), (0.0, "0", {}, 0),
+        (5.0, "5", {}, 0),
+        (-2.0, "-20", {}, -1), (1e9, "1", {}, 9), (1e10, "1", {}, 0), (1e10, "1", {"most": 10}, 10),
+        (10.7, "1.0", {}, 0), (10.7, "1.0", {"slack": 0.25}, 1),
+    ],
+)  # fmt: skip
+def test_powers_of_ten(value, text, options, power):
+    assert power_of_ten(value, printed_number(text), **options) == power

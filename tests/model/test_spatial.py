@@ -8,30 +8,20 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from lwr_dyn.foundation.errors import OptionError, ShapeError
+from lwr_dyn.model import spatial
 from lwr_dyn.model.spatial import (
     ZERO,
     Matrix3,
     Pose,
     Vector,
     Z,
-    add,
-    axis_to_z,
-    constant,
     cos_sin,
     cross,
     from_rpy,
-    multiply,
     pose_array,
-    principal_moments,
-    rot_x,
-    rot_y,
-    rot_z,
     skew,
     steiner,
-    subtract,
-    symmetric_part,
     to_rpy,
-    turn_about,
 )
 
 ROUNDING = 1e-14
@@ -48,7 +38,7 @@ def test_cosine_and_sine_are_exact_at_right_angles(quarter):
 @given(seeds)
 def test_elementary_rotations_turn_their_plane_and_keep_their_axis(rng):
     angle = rng.uniform(-7, 7)
-    for rotation, axis in ((rot_x, 0), (rot_y, 1), (rot_z, 2)):
+    for rotation, axis in ((spatial.rot_x, 0), (spatial.rot_y, 1), (spatial.rot_z, 2)):
         R, one, other = rotation(angle), (axis + 1) % 3, (axis + 2) % 3
         np.testing.assert_array_equal(R[axis], np.eye(3)[axis])
         np.testing.assert_array_equal(R[:, axis], np.eye(3)[axis])
@@ -68,27 +58,20 @@ def test_poses_multiply_and_invert_as_their_matrices(rng):
 @given(seeds)
 def test_an_axis_becomes_the_third_column_of_a_rotation(rng):
     axis = rng.normal(size=3) * 10.0 ** rng.integers(-3, 4)
-    R = axis_to_z(axis)
+    R = spatial.axis_to_z(axis)
     np.testing.assert_allclose(R @ R.T, np.eye(3), atol=ROUNDING)
     assert np.linalg.det(R) == pytest.approx(1.0, abs=ROUNDING)
     np.testing.assert_allclose(R[:, 2] * np.linalg.norm(axis), axis, rtol=ROUNDING)
 
 
 @given(seeds)
-def test_skew_is_the_cross_product_in_any_batch(rng):
+def test_vector_products_are_numpys_in_any_batch(rng):
+    """`cross` to the bit; the tensor of a point mass is minus the square of `skew`."""
     a, b = rng.normal(size=(2, 4, 5, 3))
     np.testing.assert_allclose((skew(a) @ b[..., None])[..., 0], np.cross(a, b), atol=ROUNDING)
-
-
-@given(seeds)
-def test_the_vector_product_of_arrays_is_numpy_s_to_the_bit_in_any_batch(rng):
     a, b = rng.uniform(-9, 9, (4, 1, 3)), rng.uniform(-9, 9, (5, 3))
     for one, other in ((a, b), (b, a), (a[0, 0], b[0]), (b[::2], a[2])):
         assert cross(one, other).tobytes() == np.cross(one, other).tobytes()
-
-
-@given(seeds)
-def test_steiner_is_minus_the_square_of_skew(rng):
     mass, offset = rng.uniform(0.1, 3.0), rng.normal(size=3)
     np.testing.assert_allclose(steiner(mass, offset), -mass * skew(offset) @ skew(offset), atol=10 * ROUNDING)
 
@@ -101,29 +84,24 @@ def numbers(v):
 
 
 @given(pairs)
-def test_operations_on_batches_are_numpys(data):
+def test_vectors_and_matrices_of_any_scalar_are_numpys(data):
     a, b = Vector(*data[0]), Vector(*data[1])
     np.testing.assert_allclose(numbers(a + b - -a), data[0] + data[1] + data[0], atol=ROUNDING)
     np.testing.assert_allclose(numbers(a.cross(b)), np.cross(data[0].T, data[1].T).T, atol=10 * ROUNDING)
     np.testing.assert_allclose(a.dot(b), (data[0] * data[1]).sum(0), atol=10 * ROUNDING)
     np.testing.assert_array_equal(numbers(a.times(2.0)), 2.0 * data[0])
-
-
-@given(pairs)
-def test_matrices_are_numpys(data):
     left, right = data[0][:, :3], data[1][:, :3]
     M, N, v = Matrix3.of(left), Matrix3.of(right), Vector.of(data[2][:, 0])
     np.testing.assert_allclose(numbers(M @ v), left @ numbers(v), atol=10 * ROUNDING)
-    np.testing.assert_allclose([numbers(row) for row in (M.T.x, M.T.y, M.T.z)], left.T)
-    product = M.compose(N)
-    np.testing.assert_allclose([numbers(row) for row in (product.x, product.y, product.z)], left @ right, atol=1e-13)
+    for matrix, wanted in ((M.T, left.T), (M.compose(N), left @ right)):
+        np.testing.assert_allclose([numbers(row) for row in (matrix.x, matrix.y, matrix.z)], wanted, atol=1e-13)
 
 
 @given(seeds)
 def test_turns_about_an_axis_are_the_exponentials_of_its_skew_matrix(rng):
     axis, angles = rng.normal(size=3), rng.uniform(-4, 4, 3)
     axis /= np.linalg.norm(axis)
-    np.testing.assert_allclose(turn_about(axis, angles), [expm(x * skew(axis)) for x in angles], atol=1e-13)
+    np.testing.assert_allclose(spatial.turn_about(axis, angles), [expm(x * skew(axis)) for x in angles], atol=1e-13)
     R = from_rpy(rng.uniform(-3, 3, 3))
     np.testing.assert_allclose(R, Rotation.from_matrix(R).as_matrix(), atol=ROUNDING)
     angles = rng.uniform(-1.5, 1.5, 3)
@@ -150,13 +128,15 @@ def test_an_angle_snaps_to_a_right_angle_within_a_rounding_of_it(quarter):
 
 def test_tensors_and_poses():
     tensor = np.array([[1.0, 2.0, 0.0], [4.0, 1.0, 6.0], [2.0, 0.0, 5.0]])
-    assert symmetric_part(tensor).tolist() == [[1.0, 3.0, 1.0], [3.0, 1.0, 3.0], [1.0, 3.0, 5.0]]
+    assert spatial.symmetric_part(tensor).tolist() == [[1.0, 3.0, 1.0], [3.0, 1.0, 3.0], [1.0, 3.0, 5.0]]
     R = from_rpy((0.3, -0.2, 1.0))
-    np.testing.assert_allclose(principal_moments(R @ np.diag([3.0, 1.0, 2.0]) @ R.T), [1.0, 2.0, 3.0], atol=ROUNDING)
-    for pose in (Pose(rot_x(1e-9), np.zeros(3)), Pose(np.eye(3), np.array([0.0, 1e-300, 0.0]))):
+    np.testing.assert_allclose(
+        spatial.principal_moments(R @ np.diag([3.0, 1.0, 2.0]) @ R.T), [1.0, 2.0, 3.0], atol=ROUNDING
+    )
+    for pose in (Pose(spatial.rot_x(1e-9), np.zeros(3)), Pose(np.eye(3), np.array([0.0, 1e-300, 0.0]))):
         assert not pose.is_identity()
-    assert (constant(2), constant("a"), type(constant(np.float64(2.0)))) == (2.0, "a", float)
-    assert subtract(0.0, 3) == -3
+    assert (spatial.constant(2), spatial.constant("a"), type(spatial.constant(np.float64(2.0)))) == (2.0, "a", float)
+    assert spatial.subtract(0.0, 3) == -3
 
 
 def test_a_pose_is_made_exact_or_refused():
@@ -186,19 +166,16 @@ def test_a_pose_is_made_exact_or_refused():
 
 def test_literal_zeros_and_ones_form_no_term():
     x = np.array([1.0, 2.0])
-    assert multiply(0.0, x) == 0.0
-    assert multiply(1.0, x) is x
-    assert add(0.0, x) is x
-    assert subtract(x, 0.0) is x
+    assert spatial.multiply(0.0, x) == 0.0
+    assert spatial.multiply(1.0, x) is x
+    assert spatial.add(0.0, x) is x
+    assert spatial.subtract(x, 0.0) is x
     product = Vector(x, 0.0, 0.0).cross(Z)
     assert (product.x, product.z) == (0.0, 0.0)
     assert product.y.tolist() == [-1.0, -2.0]
     assert Vector(x, x, x).dot(ZERO) == 0.0
-
-
-def test_zeros_of_an_array_are_numbers_like_others():
-    x, zero = np.array([1.0, 2.0]), np.zeros(2)
-    assert multiply(zero, x).tolist() == [0.0, 0.0]
-    assert add(zero, x) is not x
+    zero = np.zeros(2)  # of an array: numbers like others
+    assert spatial.multiply(zero, x).tolist() == [0.0, 0.0]
+    assert spatial.add(zero, x) is not x
     assert [type(v) for v in numbers(Vector.of(np.zeros(3)))] == [np.float64] * 3
     assert all(type(v) is float for v in (Vector.of(np.zeros(3)).x, Vector.of([0, 1, 2]).y))

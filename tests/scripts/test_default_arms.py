@@ -6,21 +6,8 @@ import signal
 
 import pytest
 
-from scripts.default_arms import (
-    COMMANDS,
-    Done,
-    ListedArm,
-    judged,
-    listed_arms,
-    of_compare,
-    of_gains,
-    of_simulate,
-    of_sweep,
-    of_tune,
-    survey,
-    table,
-    words,
-)
+from scripts import default_arms
+from scripts.default_arms import COMMANDS, Done, ListedArm, judged, of_compare, of_gains, of_simulate, of_sweep, of_tune
 
 SHARE = {"simulate": 3, "compare": 1, "gains": 1, "study": 1}
 """Arms of each command: a study takes ten seconds."""
@@ -45,14 +32,14 @@ ENDS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_seeded_share_runs_inside_its_limits_or_says_why_not(command, capsys):
-    arms = listed_arms()
+    arms = default_arms.listed_arms()
     assert len(arms) == 40
     here, share = [arm for arm in arms if arm.path.is_file()], SHARE[command]
-    outcomes = survey(random.Random(20261126).sample(here, share), 1, command)
+    outcomes = default_arms.survey(random.Random(20261126).sample(here, share), 1, command)
     assert {one.kind for one in outcomes} <= {"ran", "refused"}
     assert "ran" in {one.kind for one in outcomes}
-    assert len(table(outcomes).splitlines()) == share + 2
-    assert words(arms, outcomes).startswith(f"{share} of 40 arms here: ")
+    assert len(default_arms.table(outcomes).splitlines()) == share + 2
+    assert default_arms.words(arms, outcomes).startswith(f"{share} of 40 arms here: ")
     assert len(capsys.readouterr().err.splitlines()) == share
 
 
@@ -61,25 +48,22 @@ def test_outcomes_are_told_apart(kind):
     assert judged(ENDS[kind], of_simulate).kind == kind
 
 
-def test_unknown_limits_count_as_kept_and_a_tip_is_passed_on(tmp_path):
-    found = judged(Done(0, record(None), "", 1.0), of_simulate)
-    assert (found.kind, found.gist, found.tip_mm) == ("ran", "pid, 2 steps a sample, move", 1.5)
-    assert ListedArm(tmp_path, "hand").words == (str(tmp_path), "--tip", "hand")
-    assert ListedArm(tmp_path, None).words == (str(tmp_path),)
-
-
 def compared(*runs, failures=()):
     rows = [{"typed": law, "unstable": cut, "metrics": {"within_limits": within}} for law, cut, within in runs]
     return of_compare({"runs": rows, "failures": list(failures)})
 
 
-def test_a_comparison_is_judged_by_its_worst_run():
+def test_a_comparison_is_judged_by_its_worst_run_unknown_limits_are_kept_and_a_tip_is_passed_on(tmp_path):
     left_out = ["robust: left out: at 1000 Hz it is unstable"]
     assert compared(("pid", False, True), ("adaptive", False, None), failures=left_out).kind == "ran"
     found = compared(("pid", False, True), ("robust", True, None), ("adaptive", False, False))
     assert (found.kind, found.gist) == ("outside its limits", "3 laws, 0 left out; outside: robust, adaptive")
     assert compared(("pid", False, True), failures=["robust: the simulation diverges"]).kind == "diverged"
     assert compared(failures=left_out).kind == "refused"
+    found = judged(Done(0, record(None), "", 1.0), of_simulate)
+    assert (found.kind, found.gist, found.tip_mm) == ("ran", "pid, 2 steps a sample, move", 1.5)
+    assert ListedArm(tmp_path, "hand").words == (str(tmp_path), "--tip", "hand")
+    assert ListedArm(tmp_path, None).words == (str(tmp_path),)
 
 
 @pytest.mark.parametrize(("value", "kind"), [(3.0, "ran"), (None, "crashed"), (0.0, "crashed")])
@@ -89,18 +73,14 @@ def test_gains_are_numbers_above_0(value, kind):
     assert (found.kind, found.gist) == (kind, "1 joints; hold at 1000 Hz: pid")
 
 
-@pytest.mark.parametrize(
-    ("event", "complete", "kind"),
-    [("simulated", True, "ran"), ("torque cut", True, "outside its limits"), ("diverged", True, "diverged"),
-     ("simulated", False, "diverged")],
-)  # fmt: skip
-def test_a_study_is_judged_by_its_events(event, complete, kind):
-    found = {"pid": {"events": {event: {"count": 1}}}}
-    assert of_sweep({"summary": {"controllers": found}, "complete": complete, "runs": 8}).kind == kind
-
-
-@pytest.mark.parametrize(("kept", "kind"), [(True, "ran"), (False, "outside its limits")])
-def test_gains_that_are_found_keep_the_bound(kept, kind):
-    record = {"controller": "pid", "found": {"controller.omega_n": 20.0}, "check": {"keeps_bound": kept}}
-    assert (of_tune(record).kind, of_tune(record).gist) == (kind, "pid: omega_n 20")
-    assert of_tune({**record, "check": None}).kind == "outside its limits"
+def test_a_study_is_judged_by_its_events_and_gains_that_are_found_by_the_bound():
+    for event, complete, kind in (("simulated", True, "ran"), ("torque cut", True, "outside its limits"),
+                                  ("diverged", True, "diverged"), ("simulated", False, "diverged")):  # fmt: skip
+        found = {"pid": {"events": {event: {"count": 1}}}}
+        assert of_sweep({"summary": {"controllers": found}, "complete": complete, "runs": 8}).kind == kind
+    record = {"controller": "pid", "found": {"controller.omega_n": 20.0}}
+    for check, kind in (({"keeps_bound": True}, "ran"), ({"keeps_bound": False}, "outside its limits"),
+                        (None, "outside its limits")):  # fmt: skip
+        found = of_tune({**record, "check": check})
+        assert found.kind == kind
+        assert check is None or found.gist == "pid: omega_n 20"

@@ -36,17 +36,10 @@ def an_error(code, message, line=2):
     return Diagnostic(SourcePosition("x.src", line), "error", code, message)
 
 
-def test_a_program_counts_once(folder):
-    assert [path.name for path in program_paths(folder)] == [
-        "calls.src",
-        "good.src",
-        "lent.src",
-        "broken.src",
-        "names.src",
-    ]
-
-
-def test_words_of_declarations_leave_out_values_arguments_and_members():
+def test_a_program_counts_once_with_the_names_that_other_modules_see_and_no_values_or_members(folder):
+    names = [path.stem for path in program_paths(folder)]
+    assert names == ["calls", "good", "lent", "broken", "names"]
+    assert corpus_names(folder).shared["ann+cell"] == {"GOOD", "CALLS", "LENT", "MORE", "INT", "TWICE", "ODD_OPTION"}
     text = b"DECL INT A, B[3]\nDECL FRAME F={X 1}\nDEF up(P :IN )\nSTRUC S INT M\nENUM E ON\nX = 1 ; DECL INT NO\n"
     assert declared_words(text) == {"INT", "A", "B", "FRAME", "F", "UP", "S", "E"}
 
@@ -54,15 +47,10 @@ def test_words_of_declarations_leave_out_values_arguments_and_members():
 @pytest.mark.parametrize(
     ("name", "alone", "verdict"),
     [
-        ("NOWHERE", False, "missing"),
-        ("kernel_only", False, "false"),
-        ("MEMBER", False, "missing"),
-        ("$NEW_ONE", False, "false"),
-        ("EKI_Init", False, "false"),
-        ("MsgNotify", False, "unclear"),
-        ("odd_option", False, "unclear"),
+        *((name, False, "missing") for name in ("NOWHERE", "MEMBER")),
+        *((name, False, "false") for name in ("kernel_only", "$NEW_ONE", "EKI_Init", "names")),
+        *((name, False, "unclear") for name in ("MsgNotify", "odd_option")),
         ("names", True, "missing"),
-        ("names", False, "false"),
     ],
 )
 def test_the_verdict_of_an_unknown_name(folder, name, alone, verdict):
@@ -72,25 +60,15 @@ def test_the_verdict_of_an_unknown_name(folder, name, alone, verdict):
     assert judge.undecided == []
 
 
-def test_names_that_other_modules_see(folder):
-    assert corpus_names(folder).shared["ann+cell"] == {"GOOD", "CALLS", "LENT", "MORE", "INT", "TWICE", "ODD_OPTION"}
-
-
-def test_an_error_that_nothing_decides_counts_as_false(folder):
-    judge = Judge(corpus_names(folder), [])
-    assert judge.verdict("bob+one", "a/x.src", an_error("syntax", "so"), alone=False) == "false"
-    assert [where for where, _ in judge.undecided] == ["bob+one/a/x.src"]
-
-
-def test_a_row_decides_first(folder):
+def test_a_row_decides_first_and_an_error_that_nothing_decides_counts_as_false(folder):
     row = {"repository": "bob+*", "file": "A/*.src", "code": "syntax", "verdict": "true", "why": "so", "lines": [2]}
     judge = Judge(corpus_names(folder), judgements([row]))
-    assert judge.verdict("bob+one", "a/x.src", an_error("syntax", "so", 2), alone=False) == "true"
-    assert judge.verdict("bob+one", "a/x.src", an_error("syntax", "so", 3), alone=False) == "false"
-    assert judge.verdict("ann+cell", "a/x.src", an_error("syntax", "so", 2), alone=False) == "false"
+    for repository, line, verdict in (("bob+one", 2, "true"), ("bob+one", 3, "false"), ("ann+cell", 2, "false")):
+        assert judge.verdict(repository, "a/x.src", an_error("syntax", "so", line), alone=False) == verdict
+    assert [where for where, _ in judge.undecided] == ["bob+one/a/x.src", "ann+cell/a/x.src"]
 
 
-def test_rates_by_program_and_by_repository(folder):
+def test_rates_by_program_and_by_repository_and_counts_of_the_manifest(folder):
     alone, together, judge = study(folder, [])
     assert {x.file: x.passes() for x in alone} == {
         "KRC/R1/Program/calls.src": (True, True, True, False),
@@ -103,13 +81,8 @@ def test_rates_by_program_and_by_repository(folder):
     assert len(judge.undecided) == 2  # the broken line, alone and together
     assert rates(alone) == [80.0, 60.0, 60.0, 40.0]
     assert "no false alarm                60.0 %    50.0 % by repository" in table(alone, "alone")
-
-
-def test_the_manifest_holds_counts_and_no_program(folder):
     alone, together, _ = study(folder, [])
     found = {x["name"]: x for x in tomllib.loads(counts(folder, alone, together))["repository"]}
-    assert found["ann/cell"]["programs"] == 3
-    assert found["ann/cell"]["files"] == 5
-    assert found["ann/cell"]["alone"] == [3, 3, 3, 2]
-    assert found["ann/cell"]["together"] == [3, 3, 3, 3]
+    wanted = {"programs": 3, "files": 5, "alone": [3, 3, 3, 2], "together": [3, 3, 3, 3]}
+    assert {key: found["ann/cell"][key] for key in wanted} == wanted
     assert found["bob/one"]["together"] == [1, 0, 0, 0]

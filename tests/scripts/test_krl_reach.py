@@ -29,19 +29,8 @@ from scripts.studies.krl_reach import reachable_lines
 )
 def test_what_some_way_leads_to(lines, reached):
     body = [f"; {x}" if len(x) == 1 else x for x in lines.split(" | ")]
-    more = [
-        "DEF F(K :IN)",
-        "; f",
-        "END",
-        "DEFFCT INT G(K :IN)",
-        "; g",
-        "RETURN 1",
-        "ENDFCT",
-        "DEF never( )",
-        "; x",
-        "END",
-    ]
-    text = ["DEF a( )", *body, "END", *more]
+    more = ["DEF F(K :IN)", "; f", "END", "DEFFCT INT G(K :IN)", "; g", "RETURN 1", "ENDFCT", "DEF never( )", "; x"]
+    text = ["DEF a( )", *body, "END", *more, "END"]
     found = reachable_lines(parse_program("\n".join([*text, ""]), name="a"))
     marks = {i: x[2:] for i, x in enumerate(text, 1) if x.startswith("; ")}
     assert {x for i, x in marks.items() if i in found} == set(reached.split())

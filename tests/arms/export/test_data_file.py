@@ -74,24 +74,22 @@ def test_any_arm_comes_back(seed, tmp_path):
         assert_same(arm, again(arm, convention, tmp_path))
 
 
-def test_motors_and_gains_come_back(tmp_path):
-    arm = lwr_dyn.load("wam7")
-    back = again(arm, Convention.MODIFIED, tmp_path)
-    assert np.array_equal(back.transmission.matrix, arm.transmission.matrix)
-    assert np.array_equal(back.gains.Kp, arm.gains.Kp)
-    assert np.array_equal(back.gains.effort, arm.gains.effort)
-
-
-def test_shares_of_the_load_come_back(tmp_path):
+def test_motors_gains_shares_of_the_load_and_a_contradiction_come_back(tmp_path):
     arm = lwr_dyn.load("wam7")
     grows = replace(arm, friction=(*arm.friction[:6], replace(arm.friction[6], load=0.05)))
-    assert again(grows, Convention.MODIFIED, tmp_path).friction == grows.friction
+    grows = replace(grows, caveats=replace(grows.caveats, contradicted="m_7 is 5 sigma off"))
+    back = again(grows, Convention.MODIFIED, tmp_path)
+    assert (back.friction, back.caveats.contradicted) == (grows.friction, "m_7 is 5 sigma off")
+    links = ", ".join(f"link_{k} is {x.link}" for k, x in enumerate(arm.chain.links, start=1))
+    assert f'links = "{links}"' in data_file_text(arm)
+    assert np.array_equal(back.transmission.matrix, arm.transmission.matrix)
+    assert all(np.array_equal(getattr(back.gains, x), getattr(arm.gains, x)) for x in ("Kp", "Kd", "Ki", "effort"))
     assert "load" not in data_file_text(arm).partition("[friction]")[2].partition("[gains]")[0]
-    assert json.loads(provenance_text(grows))["friction"]["joint_7"]["load"] == 0.05
-    assert "load" not in json.loads(provenance_text(arm))["friction"]["joint_7"]
+    blocks = [json.loads(provenance_text(x))["friction"]["joint_7"] for x in (grows, arm)]
+    assert [block.get("load") for block in blocks] == [0.05, None]
 
 
-def test_what_is_not_known_stays_unknown(tmp_path):
+def test_what_is_not_known_stays_unknown_and_limits_of_no_width_are_said_and_left_open(tmp_path):
     arm = lwr_dyn.load("lwr4plus")
     limits = (JointLimits(lower=-1.0, upper=2.0, viscous=0.5), *(JointLimits() for _ in range(6)))
     rotors = (Rotor(100.0, 1e-5), *[None] * 6)
@@ -101,43 +99,31 @@ def test_what_is_not_known_stays_unknown(tmp_path):
     assert back.limits == limits
     assert [link.rotor is None for link in back.chain.links] == [False, *[True] * 6]
     assert '"unknown"' in data_file_text(bare)
-
-
-def test_limits_of_no_width_are_said_and_left_open(tmp_path):
     arm = lwr_dyn.load("lwr4plus")
     flat = replace(arm, limits=(JointLimits(lower=0.0, upper=0.0), *arm.limits[1:]))
     assert again(flat, Convention.STANDARD, tmp_path).limits == (JointLimits(), *arm.limits[1:])
     assert 'lacks = "limits of joint_1: 0.0 to 0.0"' in data_file_text(flat)
 
 
-def test_each_column_names_file_and_elements(tmp_path):
+def test_each_column_names_file_and_elements_and_an_estimate_stays_one(tmp_path):
     path = tmp_path / "again.toml"
-    path.write_text(data_file_text(arm_named("panda")), encoding="utf-8")
-    columns = open_paper(str(path)).columns
-    assert {column.kind for column in columns.values()} == {"computed"}
-    assert columns["limits.lower"].where == "panda.urdf: /robot/joint/limit/@lower"
-    assert "/robot/link[@name='panda_hand']/inertial" in columns["inertial.mass"].where
-    assert columns["dh.a"].where.startswith("common normals of the joint axes; panda.urdf: /robot/joint/origin")
-
-
-def test_an_estimate_stays_an_estimate(tmp_path):
-    path = tmp_path / "again.toml"
-    path.write_text(data_file_text(lwr_dyn.load("kr30ha")), encoding="utf-8")
-    assert open_paper(str(path)).columns["inertial.mass"].kind == "estimated"
+    columns = []
+    for name in ("panda", ("kr30ha",)):
+        path.write_text(data_file_text(arm_named(name)), encoding="utf-8")
+        columns.append(open_paper(str(path)).columns)
+    panda, kr30 = columns
+    assert {column.kind for column in panda.values()} == {"computed"}
+    assert panda["limits.lower"].where == "panda.urdf: /robot/joint/limit/@lower"
+    assert "/robot/link[@name='panda_hand']/inertial" in panda["inertial.mass"].where
+    assert panda["dh.a"].where.startswith("common normals of the joint axes; panda.urdf: /robot/joint/origin")
+    assert kr30["inertial.mass"].kind == "estimated"
     assert 'lacks = "drawn cylinders"' in path.read_text(encoding="utf-8")
 
 
-@pytest.mark.slow
 @pytest.mark.hypothesis
-@given(st.text(st.characters(codec="utf-8")))
-def test_a_text_comes_back(text):
-    assert tomllib.loads(f"x = {quoted(text)}") == {"x": text}
-
-
-@pytest.mark.hypothesis
-@given(st.lists(st.floats(allow_nan=False, allow_infinity=False)))
-def test_numbers_come_back(values):
-    assert tomllib.loads(f"x = {literal(values)}") == {"x": values}
+@given(st.text(st.characters(codec="utf-8")), st.lists(st.floats(allow_nan=False, allow_infinity=False)))
+def test_texts_and_numbers_come_back(text, values):
+    assert tomllib.loads(f"x = {quoted(text)}\ny = {literal(values)}") == {"x": text, "y": values}
 
 
 def test_a_table_without_columns_is_left_out():

@@ -1,7 +1,7 @@
 """The table of an arm moves as the arm and needs the same torque, in both conventions; known tables come out."""
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -19,12 +19,7 @@ from tests.agreement.test_foreign_arms import ROBOTS
 from tests.random_arms import arms, random_pose
 from tests.tolerances import METRES, RANDOM_ARM
 
-PANDA = (ROBOTS / "panda_description/urdf/panda.urdf", "panda_link8", {"panda_finger_joint1": 0.0})
-UR10 = (ROBOTS / "ur_description/urdf/ur10_robot.urdf", "tool0", {})
-
-
-def foreign(path, tip, lock):
-    return lwr_dyn.load(path, tip=tip, lock=lock)
+PANDA = {"tip": "panda_link8", "lock": {"panda_finger_joint1": 0.0}}
 
 
 @pytest.mark.hypothesis
@@ -55,41 +50,37 @@ def test_a_residual_is_seen():
 def test_a_standard_table_comes_back(robot):
     table = dh_table(lwr_dyn.load(robot), Convention.STANDARD)
     for row, printed in zip(table.rows, dh_rows(open_paper(robot)), strict=True):
-        found = (row.alpha, row.a, row.d, row.theta_offset, row.sign)
-        assert found == pytest.approx(
-            (printed.alpha, printed.a, printed.d, printed.theta_offset, printed.sign), abs=1e-15
-        )
+        assert astuple(row) == pytest.approx(astuple(printed), abs=1e-15)
     assert table.base.is_identity()
     assert table.flange.is_identity()
 
 
-def test_the_panda_has_its_makers_table():
+def test_the_panda_has_its_makers_table_and_the_ur10_no_d_between_parallel_axes():
     """Franka Emika, FCI documentation, Denavit-Hartenberg parameters (Craig's convention)."""
-    rows = dh_table(foreign(*PANDA), Convention.MODIFIED).rows
+    rows = dh_table(lwr_dyn.load(ROBOTS / "panda_description/urdf/panda.urdf", **PANDA), Convention.MODIFIED).rows
     quarter = math.pi / 2
     assert [row.a for row in rows] == pytest.approx([0, 0, 0, 0.0825, -0.0825, 0, 0.088], abs=1e-12)
     assert [row.d for row in rows] == pytest.approx([0.333, 0, 0.316, 0, 0.384, 0, 0.107], abs=1e-12)
     assert [row.alpha for row in rows] == pytest.approx([0, -quarter, quarter, quarter, -quarter, quarter, quarter])
     assert [row.theta_offset for row in rows] == pytest.approx([0] * 7, abs=1e-12)
-
-
-def test_between_parallel_axes_d_is_0():
-    rows = dh_table(foreign(*UR10), Convention.STANDARD).rows
+    arm = lwr_dyn.load(ROBOTS / "ur_description/urdf/ur10_robot.urdf", tip="tool0")
+    rows = dh_table(arm, Convention.STANDARD).rows
     assert [row.d for row in rows] == pytest.approx([0.1273, 0, 0, 0.163941, 0.1157, 0.0922], abs=1e-9)
     assert [row.a for row in rows] == pytest.approx([0, 0.612, 0.5723, 0, 0, 0], abs=1e-9)
 
 
-def almost_parallel():
+def changed(index, **changes):
+    """The LWR with another link."""
     arm = lwr_dyn.load("lwr4plus")
     links = list(arm.chain.links)
-    bent = Pose(from_rpy((math.pi - 2.65e-6, 0.0, 0.0)), np.array([0.1, 0.41, 0.1]))
-    links[2] = replace(links[2], after=bent)
+    links[index] = replace(links[index], **changes)
     return replace(arm, chain=replace(arm.chain, links=tuple(links)))
 
 
 @pytest.mark.parametrize("convention", Convention)
 def test_almost_parallel_axes_take_beta(convention):
-    arm = almost_parallel()
+    bent = Pose(from_rpy((math.pi - 2.65e-6, 0.0, 0.0)), np.array([0.1, 0.41, 0.1]))
+    arm = changed(2, after=bent)
     table = dh_table(arm, convention)
     assert sum(row.beta != 0.0 for row in table.rows) == 1
     assert max(abs(row.d) for row in table.rows) < 1.0
@@ -98,9 +89,7 @@ def test_almost_parallel_axes_take_beta(convention):
 
 
 def test_a_sliding_joint_reads_zero_where_it_did():
-    arm = lwr_dyn.load("lwr4plus")
-    links = (replace(arm.chain.links[0], kind=JointKind.PRISMATIC), *arm.chain.links[1:])
-    slider = replace(arm, chain=replace(arm.chain, links=links))
+    slider = changed(0, kind=JointKind.PRISMATIC)
     for convention in Convention:
         table = dh_table(slider, convention)
         assert table.kinds[0] is JointKind.PRISMATIC
@@ -121,12 +110,7 @@ def close(a, b):
 
 
 @pytest.mark.hypothesis
-@given(
-    st.integers(0, 10**6),
-    st.floats(-3.0, 3.0),
-    st.floats(-1.0, 1.0),
-    st.booleans(),
-)
+@given(st.integers(0, 10**6), st.floats(-3.0, 3.0), st.floats(-1.0, 1.0), st.booleans())
 def test_the_parts_multiply_to_the_pose(seed, theta, d, keep_left):
     pose = random_pose(np.random.default_rng(seed))
     assert close(product(decomposed(pose, Screw(theta, d), keep_left)), pose)
@@ -143,22 +127,13 @@ def test_almost_parallel_axes_lose_nothing(tilt, turn, apart):
     assert (normal.beta != 0.0) == (apart == 0.41 and tilt in (1e-13, 3.7e-6, 1e-4))
 
 
-def test_between_parallel_axes_the_row_has_no_d():
+def test_rows_of_parallel_axes_of_the_end_of_a_chain_and_with_a_normal_where_theta_is_small():
     left, normal, right = decomposed(Pose(np.eye(3), np.array([0.3, 0.4, 0.5])), Screw(0.0, 0.2))
-    assert left.d == -0.2
-    assert right.d == pytest.approx(0.7, abs=1e-15)
-    assert (normal.a, normal.alpha) == (0.5, 0.0)
-
-
-def test_the_end_of_a_chain_is_kept_in_the_row():
+    assert (left.d, right.d, normal.a, normal.alpha) == (-0.2, pytest.approx(0.7, abs=1e-15), 0.5, 0.0)
     left, normal, right = decomposed(Pose(from_rpy((0, 0, 0.3)), np.array([0.0, 0.0, 0.5])), keep_left=True)
     assert (left, normal) == (Screw(0.3, 0.5), Normal())
     assert abs(right.theta) < 1e-15
-
-
-def test_the_normal_points_where_theta_is_small():
     pose = Pose(from_rpy((math.pi / 2, 0, 0)), np.array([-0.1, 0.0, 0.0]))
-    left, normal, _ = decomposed(pose)
-    assert (left.theta, normal.a) == (0.0, -0.1)
-    left, normal, _ = decomposed(pose, Screw(math.pi))
-    assert (abs(left.theta), normal.a) == (math.pi, 0.1)
+    for screw, wanted in ((Screw(), (0.0, -0.1)), (Screw(math.pi), (math.pi, 0.1))):
+        left, normal, _ = decomposed(pose, screw)
+        assert (abs(left.theta), normal.a) == wanted

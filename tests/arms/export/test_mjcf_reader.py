@@ -12,10 +12,10 @@ import pytest
 import lwr_dyn
 from lwr_dyn.arms.export.mjcf import mjcf_text
 from lwr_dyn.arms.export.mjcf_reader import read_mjcf
-from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, MissingPackageError, UnknownNameError, UrdfError
 from lwr_dyn.model.arm import JointLimits
 from tests.arms.export.beside_mujoco import differences
+from tests.arms.urdf.small_files import saved_run, written
 from tests.hostile.changes import changed
 from tests.random_arms import random_arm
 
@@ -25,9 +25,7 @@ MOUNT = {"on": "ceiling", "xyz": [0.1, 0.2, 0.3], "rpy_deg": [10, 20, 30]}
 
 
 def again(folder, arm):
-    path = folder / "arm.xml"
-    path.write_text(mjcf_text(arm), encoding="utf-8")
-    return lwr_dyn.load(path)
+    return lwr_dyn.load(written(folder, mjcf_text(arm), "arm.xml"))
 
 
 def assert_same(arm, read):
@@ -54,47 +52,43 @@ def test_every_robot_reads_back_as_the_same_arm(tmp_path, robot, reading):
     assert again(tmp_path, read).limits == read.limits
 
 
-@pytest.mark.parametrize("robot", ["kr30ha", "lwr4plus"])
-def test_a_mount_and_a_tool_are_part_of_the_ends(tmp_path, robot):
-    arm = lwr_dyn.load(robot, mount=MOUNT, tool=TOOL)
-    assert_same(arm, again(tmp_path, arm))
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_arms_of_any_shape_read_back(tmp_path, seed):
-    arm = random_arm(seed)
-    limits = JointLimits(-1.25, 2.5, None if seed % 2 else 3.1, None if seed % 3 else 40.0, 0.3, 0.7)
-    arm = replace(arm, limits=(limits, *(JointLimits(),) * (arm.n - 1)))
+@pytest.mark.parametrize("case", ["kr30ha", "lwr4plus", *range(12)])
+def test_arms_of_any_shape_mounted_ones_with_a_tool_too_read_back(tmp_path, case):
+    if isinstance(case, str):
+        arm = lwr_dyn.load(case, mount=MOUNT, tool=TOOL)
+    else:
+        limits = JointLimits(-1.25, 2.5, None if case % 2 else 3.1, None if case % 3 else 40.0, 0.3, 0.7)
+        arm = random_arm(case)
+        arm = replace(arm, limits=(limits, *(JointLimits(),) * (arm.n - 1)))
     assert_same(arm, again(tmp_path, arm))
 
 
 def test_options_of_loading_act_as_on_any_arm(tmp_path):
     arm = lwr_dyn.load("lwr4plus")
-    path = tmp_path / "arm.xml"
-    path.write_text(mjcf_text(arm), encoding="utf-8")
+    path = written(tmp_path, mjcf_text(arm), "arm.xml")
     q = np.full(6, 0.3)
     locked, same = (lwr_dyn.load(x, lock={"joint_3": 0.2}, tool=TOOL) for x in (path, "lwr4plus"))
     assert np.abs(lwr_dyn.forward_kinematics(locked, q) - lwr_dyn.forward_kinematics(same, q)).max() < 1e-12
-    with pytest.raises(UnknownNameError, match="no reading of an MJCF named 'printed'"):
-        lwr_dyn.load(path, "printed")
     assert lwr_dyn.load(path, tip="link_4").n == 4
-    with pytest.raises(UnknownNameError, match=r"no link of arm\.xml named 'hand'"):
-        lwr_dyn.load(path, tip="hand")
-    with pytest.raises(UnknownNameError, match=r"no moving joint of arm\.xml named 'j'"):
-        lwr_dyn.load(path, lock={"j": 0.0})
+    for options, words in (
+        ({"reading": "printed"}, "no reading of an MJCF named 'printed'"),
+        ({"tip": "hand"}, r"no link of arm\.xml named 'hand'"),
+        ({"lock": {"j": 0.0}}, r"no moving joint of arm\.xml named 'j'"),
+    ):
+        with pytest.raises(UnknownNameError, match=words):
+            lwr_dyn.load(path, **options)
     with pytest.raises(FileAccessError, match=r"allowed: a readable \.xml file"):
         lwr_dyn.load(tmp_path / "none.xml")
 
 
 def test_a_run_of_it_finds_its_arm_again(tmp_path):
     arm = again(tmp_path, lwr_dyn.load("lwr4plus"))
-    hold = lwr_dyn.reference("hold", arm, q=[0.1] * 7, duration=0.01)
-    lwr_dyn.simulate(arm, lwr_dyn.controller("pid", arm), hold).save(tmp_path / "run.npz")
-    lwr_dyn.replay(lwr_dyn.Run.load(tmp_path / "run.npz"), tmp_path / "run.html")
+    run = saved_run(tmp_path, arm, [0.1] * 7)
+    lwr_dyn.replay(run, tmp_path / "run.html")
     assert (tmp_path / "run.html").is_file()
     (tmp_path / "arm.xml").write_text(mjcf_text(lwr_dyn.load("wam7")), encoding="utf-8")
     with pytest.raises(FileAccessError, match="has changed since the run was made"):
-        lwr_dyn.replay(lwr_dyn.Run.load(tmp_path / "run.npz"), tmp_path / "run.html")
+        lwr_dyn.replay(run, tmp_path / "run.html")
 
 
 ENDS = ("--from-deg", "0,30,0,-70,0,35,0", "--to-deg", "1,31,0,-70,0,35,0")
@@ -113,13 +107,12 @@ ENDS = ("--from-deg", "0,30,0,-70,0,35,0", "--to-deg", "1,31,0,-70,0,35,0")
         (("urdf",), "<robot name="),
     ],
 )
-def test_commands_take_it(tmp_path, monkeypatch, capsys, words, said):
+def test_commands_take_it(tmp_path, monkeypatch, lwr_dyn_command, words, said):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "arm.xml").write_text(mjcf_text(lwr_dyn.load("lwr4plus")), encoding="utf-8")
-    with pytest.raises(SystemExit) as end:
-        main([words[0], "arm.xml", *words[1:]])
-    assert not end.value.code
-    assert said in capsys.readouterr().out
+    code, out, _ = lwr_dyn_command(words[0], "arm.xml", *words[1:])
+    assert not code
+    assert said in out
 
 
 GOOD = mjcf_text(lwr_dyn.load("lwr4plus"))
@@ -127,52 +120,32 @@ _HINGE = '<joint axis="0 1 0"/><geom size=".1" density="9" group="0"/>'
 TWO = f'<body name="other">{_HINGE}<body>{_HINGE}<body>{_HINGE}<body>{_HINGE}</body></body></body></body>'
 BAD = {
     "a URDF": ('<robot name="x"/>', "<robot>: a URDF; allowed: a name that ends in .urdf"),
-    "an SDF": (
-        "<sdf/>",
-        "MuJoCo refuses it: XML Error: Unrecognized XML model type: 'sdf'; allowed: an MJCF",
-    ),
+    "an SDF": ("<sdf/>", "MuJoCo refuses it: XML Error: Unrecognized XML model type: 'sdf'; allowed: an MJCF"),
     "no XML": ("<mujoco>", "MuJoCo refuses it: XML parse error"),
     "nothing": ("", "MuJoCo refuses it: "),
     "no joint": ("<mujoco><worldbody><body/></worldbody></mujoco>", "chain: no moving joint between root and tip"),
-    "nan": (
-        GOOD.replace('mass="2.7782"', 'mass="nan"', 1),
-        "MuJoCo refuses it: Error: mass and inertia of",
-    ),
-    "position": (
-        GOOD.replace('pos="0.0 0.0 0.0"', 'pos="nan 0.0 0.0"'),
-        "a number that is not finite",
-    ),
+    "nan": (GOOD.replace('mass="2.7782"', 'mass="nan"', 1), "MuJoCo refuses it: Error: mass and inertia of"),
+    "position": (GOOD.replace('pos="0.0 0.0 0.0"', 'pos="nan 0.0 0.0"'), "a number that is not finite"),
     "no mass": (GOOD.replace('mass="2.7782"', "", 1), "required attribute missing: 'mass'"),
-    "armature": (
-        GOOD.replace('armature="', 'armature="-', 1),
-        "joint 'joint_1' armature: -0.160325; allowed: a",
-    ),
+    "armature": (GOOD.replace('armature="', 'armature="-', 1), "joint 'joint_1' armature: -0.160325; allowed: a"),
     "ball": (
         GOOD.replace('"hinge" axis="0 0 1"', '"ball"', 3).replace(' range="-', ' user="-'),
         "type ball, in a chain of joints with one coordinate each; allowed: ",
     ),
     "range": (GOOD.replace('range="-2.9', 'range="12.9', 1), "joint 'joint_1' range: "),
     "joint twice": (GOOD.replace('name="joint_2"', 'name="joint_1"'), "repeated name 'joint_1' in joint"),
-    "two arms": (
-        GOOD.replace('<body name="base"', TWO + '<body name="base"'),
-        "the tree has 2 arms or legs",
-    ),
+    "two arms": (GOOD.replace('<body name="base"', TWO + '<body name="base"'), "the tree has 2 arms or legs"),
     "speed": (GOOD.replace("does not have: 1.9", "does not have: -1.9", 1), "header: speed limits by joint"),
     "name": (GOOD.replace('name="link_1"', 'name="a&#10;b"'), "the name 'a\\nb'; allowed: letters that can"),
-    "too many": (
-        GOOD.replace("<worldbody>", '<worldbody><replicate count="1e6"/>'),
-        "1e+06 copies; allowed: at most",
-    ),
+    "too many": (GOOD.replace("<worldbody>", '<worldbody><replicate count="1e6"/>'), "1e+06 copies; allowed: at most"),
 }
 
 
 @pytest.mark.parametrize("case", BAD)
 def test_what_is_not_ours_or_wrong_is_one_line(tmp_path, case):
     text, words = BAD[case]
-    path = tmp_path / "x.xml"
-    path.write_text(text, encoding="utf-8")
     with pytest.raises(UrdfError) as fault:
-        lwr_dyn.load(path)
+        lwr_dyn.load(written(tmp_path, text, "x.xml"))
     assert str(fault.value).startswith("x.xml: ")
     assert words in str(fault.value)
     assert "\n" not in str(fault.value)
@@ -180,8 +153,7 @@ def test_what_is_not_ours_or_wrong_is_one_line(tmp_path, case):
 
 def test_a_header_without_speeds_leaves_them_unknown(tmp_path):
     text = "\n".join(line for line in GOOD.splitlines() if "speed limits" not in line)
-    (tmp_path / "arm.xml").write_text(text, encoding="utf-8")
-    assert np.isinf(read_mjcf(tmp_path / "arm.xml").velocity).all()
+    assert np.isinf(read_mjcf(written(tmp_path, text, "arm.xml")).velocity).all()
 
 
 TREE = Path("tests/hostile/good/tree.xml").read_text(encoding="utf-8")
@@ -198,7 +170,7 @@ def foreign(tmp_path):
     return path
 
 
-def test_all_ways_to_write_a_chain_agree_with_mujoco(foreign):
+def test_all_ways_to_write_a_chain_agree_with_mujoco_and_a_site_is_a_tip(foreign):
     arm = lwr_dyn.load(foreign)
     assert arm.joint_names == ("off_centre", "first", "second", "third")
     assert [link.link for link in arm.chain.links] == ["upper", "two_before_second", "two", "wrist"]
@@ -210,9 +182,6 @@ def test_all_ways_to_write_a_chain_agree_with_mujoco(foreign):
     assert moved.joint_names == ("off_centre", "second", "third")
     poses = lwr_dyn.forward_kinematics(moved, [0.1, 0.2, 0.3]), lwr_dyn.forward_kinematics(arm, [0.1, 0.4, 0.2, 0.3])
     assert np.abs(poses[0] - poses[1]).max() < 1e-12
-
-
-def test_a_site_is_a_tip(foreign):
     body, site = (lwr_dyn.load(foreign, tip=name) for name in ("wrist", "point"))
     poses = [lwr_dyn.forward_kinematics(arm, np.full(4, 0.3)) for arm in (body, site)]
     c, s = np.cos(np.radians(10)), np.sin(np.radians(10))
@@ -221,16 +190,17 @@ def test_a_site_is_a_tip(foreign):
 
 
 def test_gears_drives_and_losses_are_those_of_the_joint(foreign):
+    """Efforts: 50 x 2; none; 10 x 3 x 2 + 5; a servo."""
     arm = lwr_dyn.load(foreign)
     assert arm.armature.tolist() == [0.3] * 4
-    assert [x.viscous for x in arm.limits] == [0.7] * 4
-    assert [x.coulomb for x in arm.limits] == [0.2] * 4
-    assert [x.effort for x in arm.limits] == [100.0, None, 65.0, None]  # 50 x 2; none; 10 x 3 x 2 + 5; a servo
-    assert [x.lower for x in arm.limits] == [None, None, -1.0, None]
+    assert [(x.viscous, x.coulomb) for x in arm.limits] == [(0.7, 0.2)] * 4
+    assert [(x.effort, x.lower) for x in arm.limits] == [(100.0, None), (None, None), (65.0, -1.0), (None, None)]
     assert arm.chain.gravity.tolist() == [0.1, -0.2, -9.7]
+    assert arm.sources["off_centre.viscous"][0].cell == "//joint[@name='off_centre']/@damping"
+    assert arm.sources["wrist.mass"][0].cell == "//body[@name='wrist']"
 
 
-def test_what_an_arm_has_no_place_for_is_named(foreign):
+def test_what_an_arm_has_no_place_for_is_named_and_so_is_a_missing_mujoco(foreign, monkeypatch):
     notes = "\n".join(lwr_dyn.load(foreign).notes)
     for what in ("springs of joints", "equality constraints", "tendons", "fluid forces", "feedback of servos"):
         assert f"foreign.xml: {what} of the MJCF left out" in notes
@@ -239,6 +209,14 @@ def test_what_an_arm_has_no_place_for_is_named(foreign):
     notes = "\n".join(lwr_dyn.load(foreign).notes)
     assert "gravity compensation of bodies of the MJCF left out" in notes
     assert "fluid" not in notes
+    foreign.write_text(FOREIGN.replace(' density="1.2"/>', '><flag gravity="disable"/></option>'))
+    weightless = lwr_dyn.load(foreign)
+    assert not weightless.chain.gravity.any()
+    (foreign.parent / "classes.xml").write_text(CLASSES.replace("0.7", "0.8"))
+    assert lwr_dyn.load(foreign).digest != weightless.digest  # a change in an included file
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(MissingPackageError, match=r"mujoco is not installed; .*'lwr_dyn\[parity"):
+        lwr_dyn.load(foreign)
 
 
 @pytest.mark.skipif(int(mujoco.__version__.split(".")[0]) < 4, reason="a motor has an armature from MuJoCo 4 on")
@@ -251,29 +229,6 @@ def test_an_armature_of_a_motor_counts_with_the_square_of_its_gear(tmp_path):
     assert arm.armature.tolist() == [50.1]
     assert differences(path, arm).max() < 1e-12
     assert arm.limits[0].viscous == pytest.approx(20.0)
-
-
-def test_no_gravity_is_read_as_none(foreign):
-    foreign.write_text(FOREIGN.replace(' density="1.2"/>', '><flag gravity="disable"/></option>'))
-    assert not lwr_dyn.load(foreign).chain.gravity.any()
-
-
-def test_a_change_in_an_included_file_changes_the_digest(foreign):
-    before = lwr_dyn.load(foreign).digest
-    (foreign.parent / "classes.xml").write_text(CLASSES.replace("0.7", "0.8"))
-    assert lwr_dyn.load(foreign).digest != before
-
-
-def test_every_number_of_it_has_a_source(foreign):
-    sources = lwr_dyn.load(foreign).sources
-    assert sources["off_centre.viscous"][0].cell == "//joint[@name='off_centre']/@damping"
-    assert sources["wrist.mass"][0].cell == "//body[@name='wrist']"
-
-
-def test_a_missing_mujoco_is_one_line(foreign, monkeypatch):
-    monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(MissingPackageError, match=r"mujoco is not installed; .*'lwr_dyn\[parity"):
-        lwr_dyn.load(foreign)
 
 
 @pytest.mark.slow

@@ -68,13 +68,10 @@ def test_urdf_and_record_come_first_and_wait_for_late_listeners(run, arm, bag):
     assert summary.statistics.message_count == 2 + 3 * run.t.size
 
 
-def test_identify_reads_it_as_a_log(run, arm, bag):
+def test_identify_reads_it_as_a_log_and_a_file_of_the_run_gives_the_same_bytes(run, arm, bag, tmp_path):
     log = read_log(bag, arm=arm, columns=column_map(*(f"{x}=/joint_states" for x in ("q", "dq", "tau"))))
     for name, values in (("q", run.q), ("dq", run.dq), ("tau", run.tau_applied)):
         assert (getattr(log, name) == values).all()
-
-
-def test_the_same_run_gives_the_same_bytes_from_a_file_too(run, bag, tmp_path):
     run.save(tmp_path / "run.npz")
     same = mcap_bytes(lwr_dyn.Run.load(tmp_path / "run.npz")) == bag.read_bytes()
     assert same  # pytest would look for the difference of two long texts for minutes

@@ -31,38 +31,26 @@ def tensor(arm, link=0):
     return arm.chain.links[link].body.inertia_com
 
 
-def test_dh_rows_are_in_si_and_frames_are_those_of_the_table():
+def test_dh_rows_are_in_si_and_products_of_the_integral_sign_are_negated():
     first, second = dh_rows(parse_paper(GOOD, "own.toml"))
     assert (first.alpha, first.d, second.alpha) == (np.pi / 2, 0.3, 0.0)
     frame = next(iter(link_frames(assembled().chain, np.zeros(2))))
     np.testing.assert_allclose(frame[:3, 3], [0.0, 0.0, 0.3], atol=1e-15)
-
-
-def test_products_of_the_integral_sign_are_negated_and_moments_are_not():
-    plain, negated = (
-        assembled((ROW, PRODUCTS)),
-        assembled((ROW, PRODUCTS), ('products = "tensor"', 'products = "integral"')),
-    )
+    integral = 'products = "tensor"', 'products = "integral"'
+    plain, negated = assembled((ROW, PRODUCTS)), assembled((ROW, PRODUCTS), integral)
     assert (tensor(plain)[0, 1], tensor(negated)[0, 1]) == (0.002, -0.002)
     np.testing.assert_array_equal(tensor(plain).diagonal(), tensor(negated).diagonal())
 
 
-def test_a_tensor_about_the_origin_is_brought_to_the_centre_of_mass():
-    arm = assembled(('about = "com"', 'about = "origin"'))
-    moved = tensor(assembled()) - steiner(2.0, np.array([0.0, 0.0, -0.05]))
-    np.testing.assert_allclose(tensor(arm), moved, rtol=1e-14)
-    cells = [source.cell for source in arm.sources["link_1.inertia"]]
-    assert cells == ["inertial.inertia.values[0]", "inertial.mass.values[0]", "inertial.com.values[0]"]
-
-
-def test_limits_move_by_the_printed_zero_without_rounding():
-    zero = 'zero = { values = [-90, 0], unit = ["deg", "m"], where = "p. 1", kind = "assumed" }\nlower = {'
-    arm = assembled(("lower = {", zero), ("[-170, 0]", "[210, 0]"), ("[170, 0.5]", "[300, 0.5]"))
-    assert arm.limits[0].lower == np.radians(120.0)
+@pytest.mark.parametrize(("zero", "unit", "off"), [(-90, "deg", 0.0), (-np.pi / 2, "rad", 1e-15)])
+def test_limits_move_by_the_printed_zero_without_rounding_where_units_are_the_same(zero, unit, off):
+    column = f'zero = {{ values = [{zero!r}, 0], unit = ["{unit}", "m"], where = "p. 1", kind = "assumed" }}\n'
+    arm = assembled(("lower = {", column + "lower = {"), ("[-170, 0]", "[210, 0]"), ("[170, 0.5]", "[300, 0.5]"))
+    assert [arm.limits[0].lower, arm.limits[0].upper] == pytest.approx(np.radians([120.0, 210.0]), rel=0, abs=off)
     assert [s.cell for s in arm.sources["joint_1.lower"]] == ["limits.lower.values[0]", "limits.zero.values[0]"]
 
 
-def test_what_the_file_leaves_out_is_unknown_and_gravity_is_the_standard_one():
+def test_a_tensor_is_brought_to_the_centre_of_mass_what_is_left_out_is_unknown_and_gravity_the_standard_one():
     gravity = next(line for line in GOOD.splitlines() if line.startswith("gravity ="))
     effort = next(line for line in GOOD.splitlines() if line.startswith("effort ="))
     arm = assembled((gravity, ""), (effort, ""))
@@ -70,6 +58,11 @@ def test_what_the_file_leaves_out_is_unknown_and_gravity_is_the_standard_one():
     assert [limit.effort for limit in arm.limits] == [None, None]
     assert arm.limits[0].velocity == pytest.approx(np.radians(120.0))
     assert arm.sources["joint_1.effort"] == ()
+    arm = assembled(('about = "com"', 'about = "origin"'))
+    moved = tensor(assembled()) - steiner(2.0, np.array([0.0, 0.0, -0.05]))
+    np.testing.assert_allclose(tensor(arm), moved, rtol=1e-14)
+    cells = [source.cell for source in arm.sources["link_1.inertia"]]
+    assert cells == ["inertial.inertia.values[0]", "inertial.mass.values[0]", "inertial.com.values[0]"]
 
 
 def column(name, values, unit):
@@ -78,13 +71,13 @@ def column(name, values, unit):
 
 
 FORCE, DAMPING, SPEED = ("N m", "N"), ("N m s/rad", "N s/m"), ("rad/s", "m/s")
-DIRECTED = (
-    "[friction]\n"
-    + column("positive_coulomb", [1.0, 2.0], FORCE)
-    + column("positive_viscous", [0.1, -0.2], DAMPING)
-    + column("negative_coulomb", [3.0, 4.0], FORCE)
-    + column("negative_viscous", [0.3, 0.4], DAMPING)
-)
+DIRECTED = "[friction]\n" + "".join(
+    column(f"{side}_{name}", *row)
+    for side, name, *row in (
+        ("positive", "coulomb", [1.0, 2.0], FORCE), ("positive", "viscous", [0.1, -0.2], DAMPING),
+        ("negative", "coulomb", [3.0, 4.0], FORCE), ("negative", "viscous", [0.3, 0.4], DAMPING),
+    )
+)  # fmt: skip
 MAP = "[transmission]\n" + column("ratio", [10, 20], "1") + column("stage", [1, 2], "1")
 PAIR = column("signs", [[1, -1], [1, 1]], "1")
 GAINS = "[gains]\n" + column("kp", [5, 6], ("N m/rad", "N/m")) + column("kd", [1, 2], DAMPING)
@@ -115,25 +108,16 @@ def test_friction_per_direction_with_all_its_columns(tmp_path):
 
 def test_one_pair_both_ways_stays_with_the_limits_and_in_the_urdf(tmp_path):
     arm = loaded(tmp_path, "[friction]\n" + column("coulomb", [1.0, 2.0], FORCE))
-    assert arm.friction == ()
-    assert arm.friction_models() == (symmetric(1.0, 0.0), symmetric(2.0, 0.0))
+    assert (arm.friction, arm.friction_models()) == ((), (symmetric(1.0, 0.0), symmetric(2.0, 0.0)))
     assert '<dynamics friction="1.0"/>' in lwr_dyn.urdf_text(arm)
 
 
-def test_a_motor_map_is_signs_times_ratio_over_stage(tmp_path):
-    arm = loaded(tmp_path, MAP + PAIR)
-    assert arm.transmission.matrix.tolist() == [[10, -10], [10, 10]]
+def test_gains_reflected_rotors_and_a_motor_map_of_signs_times_ratio_over_stage(tmp_path):
     assert loaded(tmp_path, "").transmission is None
-
-
-def test_gains_and_reflected_rotors(tmp_path):
-    arm = loaded(tmp_path, GAINS + "[rotors]\n" + column("armature", [0.1, 0.2], ("kg m^2", "kg")))
-    assert (arm.gains.Kp.tolist(), arm.gains.Kd.tolist(), arm.gains.Ki, arm.gains.effort) == (
-        [5, 6],
-        [1, 2],
-        None,
-        None,
-    )
+    arm = loaded(tmp_path, MAP + PAIR + GAINS + "[rotors]\n" + column("armature", [0.1, 0.2], ("kg m^2", "kg")))
+    assert arm.transmission.matrix.tolist() == [[10, -10], [10, 10]]
+    gains = arm.gains
+    assert (gains.Kp.tolist(), gains.Kd.tolist(), gains.Ki, gains.effort) == ([5, 6], [1, 2], None, None)
     assert arm.armature.tolist() == [0.1, 0.2]
     assert arm.chain.links[0].rotor.reflected
     assert not any(f"joint_1.{part}" in lwr_dyn.load("lwr4plus").sources for part in ("gains.kp", "motors"))
@@ -146,9 +130,8 @@ def test_springs_and_dampers_of_the_gears_with_their_sources(tmp_path):
     assert [s.cell for s in arm.sources["joint_2.stiffness"]] == ["elasticity.stiffness.values[1]"]
     assert loaded(tmp_path, "").elasticity is None
     lwr = lwr_dyn.load("lwr4plus")
-    assert {s.kind for j in lwr.joint_names for x in ("stiffness", "damping") for s in lwr.sources[f"{j}.{x}"]} == {
-        "assumed"
-    }
+    names = [f"{joint}.{x}" for joint in lwr.joint_names for x in ("stiffness", "damping")]
+    assert {source.kind for name in names for source in lwr.sources[name]} == {"assumed"}
     assert np.array_equal(lwr.elasticity.damping, 1e-3 * lwr.elasticity.stiffness)
 
 
@@ -183,21 +166,18 @@ def test_friction_of_the_motors_is_seen_at_the_joints_by_the_gear_ratio(tmp_path
         JointFriction(Direction(16.0, 6.4), Direction(8.0, -3.2, 8.0, 0.125), 2.0, 0.5),
     )
     for one, other in zip(arm.friction, wanted, strict=True):
-        for a, b in ((one.positive, other.positive), (one.negative, other.negative)):
-            assert astuple(a) == pytest.approx(astuple(b))
-        assert (one.offset, one.covered) == pytest.approx((other.offset, other.covered))
+        parts = [(*astuple(x.positive), *astuple(x.negative), x.offset, x.covered) for x in (one, other)]
+        assert parts[0] == pytest.approx(parts[1])
     speed = np.array([0.03, 0.2])
     at_motors = [1.0 + 0.1 * 0.3 + 0.5 * np.exp(-9.0) + 0.2, -(4.0 + 0.4 * 0.8) - 0.5]
     seen = [model.torque(v) for model, v in zip(arm.friction, speed, strict=True)]
     np.testing.assert_allclose(seen, np.array(at_motors) * [10, -4], rtol=1e-12)
-    pair = loaded(
-        tmp_path, MOTOR + column("coulomb", [1.0, 2.0], FORCE) + column("viscous", [0.1, 0.2], DAMPING) + gears(10, -4)
-    )
+    levels = MOTOR + column("coulomb", [1.0, 2.0], FORCE)
+    pair = loaded(tmp_path, levels + column("viscous", [0.1, 0.2], DAMPING) + gears(10, -4))
     assert [(x.coulomb, x.viscous) for x in pair.limits] == [(10.0, pytest.approx(10.0)), (8.0, pytest.approx(3.2))]
     assert pair.sources["joint_1.viscous"][0].conversion == "from the motor to the joint by the gear ratio"
     apart = MAP + column("signs", [[1, 0], [0, -1]], "1")
-    mapped = loaded(tmp_path, MOTOR + column("coulomb", [1.0, 2.0], FORCE) + apart)
-    assert [x.coulomb for x in mapped.limits] == [10.0, 20.0]
+    assert [x.coulomb for x in loaded(tmp_path, levels + apart).limits] == [10.0, 20.0]
     matrix = "[transmission]\n" + column("matrix", [[3.0, 0.0], [0.5, -7.0]], "1")
     assert loaded(tmp_path, matrix).transmission.matrix.tolist() == [[3.0, 0.0], [0.5, -7.0]]
     for more, message in (
@@ -205,7 +185,7 @@ def test_friction_of_the_motors_is_seen_at_the_joints_by_the_gear_ratio(tmp_path
         (MAP + PAIR, "friction.side: 'motor' with motors that drive several joints; allowed: joint"),
     ):
         with pytest.raises(PaperError, match=message):
-            loaded(tmp_path, MOTOR + column("coulomb", [1.0, 2.0], FORCE) + more)
+            loaded(tmp_path, levels + more)
 
 
 @pytest.mark.parametrize(
@@ -251,7 +231,6 @@ def test_an_inertia_with_unknown_numbers_names_the_parameters_that_are_open(tmp_
     ("more", "message"),
     [  # the faults of columns that are there are those of `test_columns.py`
         (DIRECTED + column("sideways_coulomb", [1, 1], FORCE), "friction.sideways_coulomb: unknown field"),
-        (MAP, "transmission: ratio and stage; allowed: ratio and signs"),
         (MAP + column("signs", [[1, -1, 0], [1, 1, 0]], "1"), r"signs.values\[0\]: 3 entries; allowed: a list of 2"),
         (SPRINGS.partition("damping")[0], "elasticity.damping: missing"),
         (SPRINGS.replace("[5, 6]", "[5, 0]"), r"elasticity.stiffness.values\[1\]: 0.0; allowed: a number above 0"),

@@ -1,35 +1,22 @@
 """Robots by name: a command parses a robot's data file once, and the template of a new arm is a valid file."""
 
+import re
 import tomllib
 from copy import deepcopy
 from importlib.util import find_spec
 
 import pytest
 
+from lwr_dyn.arms.papers import catalog
 from lwr_dyn.arms.papers.assembly import arm_from_paper
-from lwr_dyn.arms.papers.catalog import (
-    data_files,
-    open_paper,
-    open_readings,
-    published,
-    readings,
-    robots,
-    studied,
-    template,
-)
+from lwr_dyn.arms.papers.catalog import open_paper, published, readings, robots, studied, template
 from lwr_dyn.arms.papers.reader import apply_errata, parse_paper
-from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 
 Q = "--q=0,0,0,0,0,0,0"
-COMMANDS = [
-    ["check", "lwr4plus"],
-    ["fk", "lwr4plus", Q],
-    *([["fk", "lwr4plus", "--symbolic"]] if find_spec("sympy") else []),
-    ["urdf", "lwr4plus"],
-    ["urdf", "lwr4plus", "--out", "out.urdf"],
-    ["simulate", "lwr4plus", "--task", "hold", "--from-deg", "0,0,0,0,0,0,0", "--duration", "0.01"],
-]
+HOLD = "simulate lwr4plus --task hold --from-deg 0,0,0,0,0,0,0 --duration 0.01"
+COMMANDS = ["check lwr4plus", f"fk lwr4plus {Q}", "urdf lwr4plus", "urdf lwr4plus --out out.urdf", HOLD]
+COMMANDS += ["fk lwr4plus --symbolic"] * bool(find_spec("sympy"))
 
 
 @pytest.fixture
@@ -46,28 +33,30 @@ def parsed(monkeypatch):
     return names
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
-def test_a_command_parses_the_data_file_once(arguments, parsed, tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("command", ["list", *(pytest.param(x, marks=pytest.mark.slow) for x in COMMANDS)])
+def test_a_command_parses_a_data_file_once(lwr_dyn_command, command, parsed, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit) as stop:
-        main(arguments)
-    assert stop.value.code == 0, capsys.readouterr().err
-    assert parsed == ["lwr4plus"]
+    code, _, err = lwr_dyn_command(*command.split())
+    assert not code, err
+    assert parsed == (list(robots()) if command == "list" else ["lwr4plus"])
 
 
-def test_list_parses_every_data_file_once(parsed, capsys):
-    with pytest.raises(SystemExit):
-        main(["list"])
-    assert parsed == list(robots())
-
-
-def test_the_default_reading_comes_first():
+def test_robots_are_those_of_papers_and_of_published_sets_each_with_its_default_reading_first():
+    assert set(studied()) & set(published()) == set()
+    assert robots() == tuple(sorted({*studied(), *published()}))
     for robot in robots():
-        paper = open_paper(robot)
-        assert readings(robot) == paper.reading_names
+        paper, under_each = open_paper(robot), catalog.open_readings(robot)
+        assert readings(robot) == paper.reading_names == tuple(each.reading.name for each in under_each)
         assert readings(robot)[0] == paper.default_reading == paper.reading.name
         assert set(readings(robot)) == set(paper.readings)
+        assert {each.digest for each in under_each} == {paper.digest}
+    files = catalog.data_files("lwr4plus")
+    assert list(files) == ["lwr4plus.toml", *sorted(name for name in files if "/" in name)]
+    assert tomllib.loads(files["lwr4plus.toml"])["name"] == "lwr4plus"
+    assert next(iter(catalog.data_files("panda"))) == "panda.toml"
+    for open_it in (catalog.data_files, open_paper):
+        with pytest.raises(UnknownNameError, match="no robot named 'panta'"):
+            open_it("panta")
 
 
 @pytest.mark.parametrize("robot", studied())
@@ -76,6 +65,7 @@ def test_printed_tables_are_the_same_under_every_reading_and_free_of_errata(robo
     for paper in papers:
         assert paper.printed == papers[0].printed
     for erratum in papers[0].errata:  # each states what is printed in its cells, so it applies to them
+        assert re.fullmatch(r"[a-z0-9-]+", erratum.id)
         tables = deepcopy(dict(papers[0].printed))
         assert bool(apply_errata(tables, (erratum,), robot)) == (tables != papers[0].printed)
 
@@ -107,22 +97,6 @@ def test_the_numbers_of_the_template_are_those_of_an_arm_to_begin_with():
     assert tomllib.loads(template("own.toml", "own"))["dh"]["convention"] == "standard"
     assert len(tomllib.loads(template("own.toml", "own"))["joints"]["kinds"]) == 6
     assert "a/own.toml" in template("a/own.toml", "mine")
-
-
-def test_robots_are_those_of_papers_and_those_of_published_sets():
-    assert set(studied()) & set(published()) == set()
-    assert robots() == tuple(sorted({*studied(), *published()}))
-    for robot in ("lwr4plus", "panda"):
-        under_each = open_readings(robot)
-        assert tuple(paper.reading.name for paper in under_each) == readings(robot)
-        assert all(paper.digest == open_paper(robot).digest for paper in under_each)
-    files = data_files("lwr4plus")
-    assert list(files) == ["lwr4plus.toml", *sorted(name for name in files if "/" in name)]
-    assert tomllib.loads(files["lwr4plus.toml"])["name"] == "lwr4plus"
-    assert next(iter(data_files("panda"))) == "panda.toml"
-    for open_it in (data_files, open_paper):
-        with pytest.raises(UnknownNameError, match="no robot named 'panta'"):
-            open_it("panta")
 
 
 @pytest.mark.parametrize(("joints", "convention"), [("", "standard"), ("RX", "standard"), ("R", "craig")])

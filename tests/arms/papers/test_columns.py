@@ -4,8 +4,6 @@ import math
 
 import pytest
 
-import lwr_dyn
-from lwr_dyn.arms.papers.catalog import open_paper, studied
 from lwr_dyn.arms.papers.columns import check_plausibility, read_columns
 from lwr_dyn.arms.papers.schema import SIDES, Column
 from lwr_dyn.foundation.errors import PaperError
@@ -37,74 +35,53 @@ SIGMOID = {f"friction__sigmoid_{name}": (1.0, 2.0) for name in ("level", "slope"
 BAD = {
     "negative": ({"friction__coulomb": (-1.0, 0.0)}, "friction.coulomb.values[0]: -1.0; allowed: a number of at least"),
     "negative viscous": ({"friction__viscous": (0, -1)}, "friction.viscous.values[1]: -1; allowed: a number of"),
-    "negative rotor": (
-        {"rotors__gear_ratio": (1, 1), "rotors__inertia": (-1e-6, 0)},
-        "rotors.inertia.values[0]: -1e-06; allowed: a number of at least 0",
-    ),
+    "negative rotor": ({"rotors__gear_ratio": (1, 1), "rotors__inertia": (-1e-6, 0)},
+                       "rotors.inertia.values[0]: -1e-06; allowed: a number of at least 0"),
     "sign": ({"dh__sign": (1.0, 0.5)}, "dh.sign.values[1]: 0.5; allowed: 1 or -1"),
-    "limits crossed": (
-        {"limits__lower": (0.0, 1.0), "limits__upper": (1.0, 1.0)},
-        "limits.lower.values[1]: 1.0, upper is 1.0; allowed: a lower limit below the upper",
-    ),
+    "limits crossed": ({"limits__lower": (0.0, 1.0), "limits__upper": (1.0, 1.0)},
+                       "limits.lower.values[1]: 1.0, upper is 1.0; allowed: a lower limit below the upper"),
     "zero speed": ({"limits__velocity": (0.0, 1.0)}, "limits.velocity.values[0]: 0.0; allowed: a number above 0"),
-    "a sign of the map": (
-        {"transmission__signs": ((1.0, 0.0), (0.5, 1.0)), "transmission__ratio": (1.0, 1.0)},
-        "transmission.signs.values[1]: [0.5, 1.0]; allowed: 1, 0 or -1 for each joint",
-    ),
+    "a sign of the map": ({"transmission__signs": ((1.0, 0.0), (0.5, 1.0)), "transmission__ratio": (1.0, 1.0)},
+                          "transmission.signs.values[1]: [0.5, 1.0]; allowed: 1, 0 or -1 for each joint"),
     "one limit": ({"limits__lower": (0.0, 1.0)}, "limits: only one of lower, upper; allowed: both or neither"),
-    "a tensor": (
-        {"inertial__inertia": (((1.0, 0.0, 0.0), (0.0, 1.0, 0.2), (0.0, 0.1, 1.0)), ((math.nan,) * 3,) * 3)},
-        "inertial.inertia.values[0][1][2]: 0.2 against 0.1; allowed: a symmetric tensor",
-    ),
-    "a singular map": (
-        {"transmission__matrix": ((1.0, 2.0), (2.0, 4.0))},
-        "transmission.matrix: a singular matrix; allowed: as many independent motors as joints",
-    ),
-    "half a map": (
-        {"transmission__signs": ((1.0, 0.0), (0.0, 1.0))},
-        "transmission: signs; allowed: ratio and signs, with or without stage, or matrix alone",
-    ),
-    "no gear": (
-        {"rotors__gear_ratio": (1.0, 0.0), "rotors__inertia": (1.0, 1.0)},
-        "rotors.gear_ratio.values[1]: 0; allowed: a number other than 0; below 0, it reverses",
-    ),
+    "a tensor": ({"inertial__inertia": (((1.0, 0.0, 0.0), (0.0, 1.0, 0.2), (0.0, 0.1, 1.0)), ((math.nan,) * 3,) * 3)},
+                 "inertial.inertia.values[0][1][2]: 0.2 against 0.1; allowed: a symmetric tensor"),
+    "a singular map": ({"transmission__matrix": ((1.0, 2.0), (2.0, 4.0))},
+                       "transmission.matrix: a singular matrix; allowed: as many independent motors as joints"),
+    "half a map": ({"transmission__signs": ((1.0, 0.0), (0.0, 1.0))},
+                   "transmission: signs; allowed: ratio and signs, with or without stage, or matrix alone"),
+    "a map twice": ({"transmission__matrix": ((1.0, 0.0), (0.0, 1.0)), "transmission__ratio": (1.0, 1.0)},
+                    "transmission: matrix and ratio; allowed: ratio and signs"),
+    "no gear": ({"rotors__gear_ratio": (1.0, 0.0), "rotors__inertia": (1.0, 1.0)},
+                "rotors.gear_ratio.values[1]: 0; allowed: a number other than 0; below 0, it reverses"),
     "rotors twice": (
         {"rotors__gear_ratio": (1.0, -1.0), "rotors__inertia": (1.0, 1.0), "rotors__armature": (1.0, 1.0)},
-        "rotors: armature and gear_ratio and inertia; allowed: gear_ratio and inertia, or armature alone",
-    ),
-    "half a sigmoid": (
-        {"friction__sigmoid_level": (1.0, 1.0), "friction__sigmoid_slope": (1.0, 1.0)},
-        "friction: sigmoid_level and sigmoid_slope; allowed: level, slope and shift of a sigmoid",
-    ),
-    "a sigmoid and more": (
-        {**SIGMOID, "friction__coulomb": (1.0, 1.0)},
-        "friction.coulomb: beside a sigmoid; allowed: the sigmoid alone",
-    ),
+        "rotors: armature and gear_ratio and inertia; allowed: gear_ratio and inertia, or armature alone"),
+    "half a sigmoid": ({"friction__sigmoid_level": (1.0, 1.0), "friction__sigmoid_slope": (1.0, 1.0)},
+                       "friction: sigmoid_level and sigmoid_slope; allowed: level, slope and shift of a sigmoid"),
+    "a sigmoid and more": ({**SIGMOID, "friction__coulomb": (1.0, 1.0)},
+                           "friction.coulomb: beside a sigmoid; allowed: the sigmoid alone"),
+    "a sigmoid that drives": ({**SIGMOID, "friction__sigmoid_level": (-0.5, 1.0)},
+                              "friction.sigmoid_level.values[0]: -0.5; allowed: a number of at least 0"),
+    "a flat sigmoid": ({**SIGMOID, "friction__sigmoid_slope": (0.0, 1.0)},
+                       "friction.sigmoid_slope.values[0]: 0.0; allowed: a number above 0"),
     "two kinds of friction": (
         {**PER_SIDE, "friction__coulomb": (1.0, 1.0)},
-        "friction.coulomb: beside friction.positive_coulomb; allowed: either one pair both ways or columns per",
-    ),
-    "one direction": (
-        {"friction__positive_coulomb": (1.0, 1.0)},
-        "friction.positive_viscous: missing; allowed: Coulomb and viscous columns of both directions",
-    ),
+        "friction.coulomb: beside friction.positive_coulomb; allowed: either one pair both ways or columns per"),
+    "one direction": ({"friction__positive_coulomb": (1.0, 1.0)},
+                      "friction.positive_viscous: missing; allowed: Coulomb and viscous columns of both directions"),
     "a whole load": ({**PER_SIDE, "friction__load": (0.1, 1.0)}, "friction.load.values[1]: 1.0; allowed: a share of"),
     "a negative load": ({**PER_SIDE, "friction__load": (-0.1, 0)}, "friction.load.values[0]: -0.1; allowed: a share"),
     "a load alone": ({"friction__load": (0.1, 0.0)}, "friction.positive_coulomb: missing; allowed: Coulomb and"),
     "an offset alone": ({"friction__offset": (1.0, 1.0)}, "friction.positive_coulomb: missing; allowed: Coulomb and"),
-    "a fall at no speed": (
-        {**PER_SIDE, "friction__negative_stribeck_velocity": (0.1, 0.0)},
-        "friction.negative_stribeck_velocity.values[1]: 0.0; allowed: a number above 0",
-    ),
+    "a fall at no speed": ({**PER_SIDE, "friction__negative_stribeck_velocity": (0.1, 0.0)},
+                           "friction.negative_stribeck_velocity.values[1]: 0.0; allowed: a number above 0"),
     "covered": ({**PER_SIDE, "friction__covered": (0.4, -1.0)}, "friction.covered.values[1]: -1.0; allowed: a num"),
     "no stage": (
         {"transmission__signs": ((1, 0), (0, 1)), "transmission__ratio": (1, 1), "transmission__stage": (1.0, 0.0)},
-        "transmission.stage.values[1]: 0.0; allowed: a number above 0",
-    ),
-    "static below Coulomb": (
-        {**PER_SIDE, "friction__negative_static": (2.0, 1.9)},
-        "friction.negative_static.values[1]: 1.9; allowed: at least Coulomb, 2",
-    ),
+        "transmission.stage.values[1]: 0.0; allowed: a number above 0"),
+    "static below Coulomb": ({**PER_SIDE, "friction__negative_static": (2.0, 1.9)},
+                             "friction.negative_static.values[1]: 1.9; allowed: at least Coulomb, 2"),
     "gravity": ({"base__gravity": ((0.0, 0.0, -1001.0),)}, "base.gravity.values: 1001 m/s^2; allowed: at most 1000"),
 }  # fmt: skip
 
@@ -115,12 +92,6 @@ def test_what_cannot_be_right_is_refused(case):
     with pytest.raises(PaperError) as fault:
         check(**tables)
     assert str(fault.value).startswith(f"own.toml: {message}")
-
-
-def test_units_must_suit_the_kind_of_the_joint():
-    column = Column("limits.velocity", (1.0, 1.0), ("rad/s", "rad/s"), "p. 1", "printed")
-    with pytest.raises(PaperError, match=r"velocity\.unit: 'rad/s' for A2; allowed: a unit of a prismatic joint"):
-        check_plausibility({column.name: column}, ("A1", "A2"), KINDS, "own.toml")
 
 
 def test_what_is_just_allowed_passes():
@@ -144,7 +115,7 @@ def read(n=2, column="mass", table="inertial", touched=None, **changes):
     return read_columns({table: {column: given}}, n, touched or {}, "own.toml")
 
 
-def test_a_column_is_read_with_what_belongs_to_it():
+def test_a_column_is_read_with_what_belongs_to_it_and_its_units_must_suit_the_kind_of_the_joint():
     flange = {"column": "xyz", "table": "flange", "unit": "mm"}
     one = read(**flange, values=[1, 2, 3], sigma=[0.1, 0.0, "unknown"], note="n", how="h", symbols=["a"],
                touched={"flange.xyz": {0: ["e"], 1: ["f"]}})["flange.xyz"]  # fmt: skip
@@ -156,6 +127,9 @@ def test_a_column_is_read_with_what_belongs_to_it():
     limits = read(column="velocity", table="limits", values=["unknown", 2], unit=["rad/s", "mm/s"])["limits.velocity"]
     assert math.isnan(limits.values[0])
     assert (limits.values[1], limits.unit, limits.sigma, limits.symbols) == (2.0, ("rad/s", "mm/s"), (), ())
+    column = Column("limits.velocity", (1.0, 1.0), ("rad/s", "rad/s"), "p. 1", "printed")
+    with pytest.raises(PaperError, match=r"velocity\.unit: 'rad/s' for A2; allowed: a unit of a prismatic joint"):
+        check_plausibility({column.name: column}, ("A1", "A2"), KINDS, "own.toml")
 
 
 READ_BAD = {
@@ -188,11 +162,3 @@ def test_a_column_that_cannot_be_read_is_refused(case):
     with pytest.raises(PaperError) as fault:
         read(**changes)
     assert str(fault.value).startswith(f"own.toml: {message}")
-
-
-@pytest.mark.parametrize("robot", studied())
-def test_the_papers_pass_under_every_reading(robot):
-    for reading in lwr_dyn.readings(robot):
-        paper = open_paper(robot, reading)
-        check_plausibility(paper.columns, paper.joints, paper.kinds, paper.file)
-        assert paper.columns

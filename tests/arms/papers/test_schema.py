@@ -6,21 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers import schema
 from lwr_dyn.arms.papers.catalog import open_paper, template
 from lwr_dyn.arms.papers.reader import parse_paper
-from lwr_dyn.arms.papers.schema import (
-    PER_JOINT,
-    RESULTS,
-    TABLES,
-    UNITS,
-    Column,
-    Erratum,
-    Patch,
-    PublishedSet,
-    Reading,
-    to_si,
-)
+from lwr_dyn.arms.papers.schema import PER_JOINT, RESULTS, TABLES, UNITS, Column, Erratum, Patch, to_si
 from lwr_dyn.foundation.errors import PaperError
 
 RULES = {f"{table}.{name}": rule for table, columns in TABLES.items() for name, rule in columns.items()}
@@ -32,7 +21,7 @@ def test_every_quantity_of_the_schema_has_a_unit_in_si(name):
         assert 1.0 in [factor for known, factor in UNITS.values() if known == quantity]
 
 
-def test_what_a_table_must_have_and_where_a_cell_may_be_unknown():
+def test_what_a_table_must_have_where_a_cell_may_be_unknown_and_shapes_of_rows():
     of_the_body = {"inertial.mass", "inertial.com", "inertial.inertia"}
     bounds = {f"limits.{name}" for name in ("lower", "upper", "velocity", "effort")}
     drives = {"rotors.gear_ratio", "rotors.inertia", "rotors.armature", "friction.viscous", "friction.coulomb"}
@@ -41,34 +30,26 @@ def test_what_a_table_must_have_and_where_a_cell_may_be_unknown():
     frames, springs = {"origins.xyz", "origins.rpy"}, {"elasticity.stiffness", "elasticity.damping"}
     required = {name for name, rule in RULES.items() if rule.required}
     assert required == of_the_body | dh | frames | springs | {"gains.kp", "gains.kd"}
-
-
-def test_rows_and_their_shapes():
-    """One a joint or one of the whole arm; a number, a vector, a tensor, or one number a joint."""
+    # One a joint or one of the whole arm; a number, a vector, a tensor, or one number a joint.
     of_the_arm = {name for name, rule in RULES.items() if not rule.per_joint}
     vectors = {"base.gravity", "base.xyz", "base.rpy", "flange.xyz", "flange.rpy", "poses.mastering_wrist"}
     vectors |= {"poses.zero_flange", "poses.flange_rpy"}
     scalars = {"base.mass", "drawing.pedestal", *(name for name in RULES if name.startswith("ratings."))}
     assert of_the_arm == vectors | scalars
-    vectors |= {
-        "frames.origin",
-        "origins.xyz",
-        "origins.rpy",
-        "origins.axis",
-        "poses.axis",
-        "inertial.com",
-        "inertial.rpy",
-    }
+    vectors |= {"frames.origin", "origins.xyz", "origins.rpy", "origins.axis", "poses.axis"}
+    vectors |= {"inertial.com", "inertial.rpy"}
     shapes = dict.fromkeys(vectors, (3,)) | {"inertial.inertia": (3, 3)}
     shapes |= dict.fromkeys(("transmission.signs", "transmission.matrix"), (PER_JOINT,))
     assert {name: rule.row for name, rule in RULES.items() if rule.row} == shapes
 
 
-def test_columns_in_mixed_units_and_nested_rows_become_si():
+def test_units_are_what_they_are_and_columns_in_mixed_ones_and_nested_rows_become_si():
     mixed = Column("limits.lower", (90.0, 50.0), ("deg", "mm"), "p. 1", "printed")
     np.testing.assert_array_equal(mixed.si(), [np.pi / 2, 0.05])
     tensor = Column("inertial.inertia", (((1.0, 2.0), (3.0, 4.0)),), ("kg mm^2",), "p. 1", "printed")
     np.testing.assert_allclose(tensor.si(), [[[1e-6, 2e-6], [3e-6, 4e-6]]], rtol=1e-15)
+    assert {unit: factor for unit, (_, factor) in UNITS.items() if factor != 1.0} == pytest.approx(DEFINED, rel=1e-15)
+    assert to_si(2.5, "mm") == pytest.approx(2.5e-3, rel=1e-15)
 
 
 def test_patches_of_an_erratum_are_of_tables_or_of_results():
@@ -89,8 +70,9 @@ def test_errata_left_in_place_are_those_about_the_tables_of_the_reading():
         Erratum(name, "p. 1", "1", "2", "w", "e", "proven", patches[table], "model", set_name)
         for name, table, set_name in (("own", "inertial", ""), ("of_dh", "dh", ""), ("of_set", "inertial", "given"))
     )
-    published = PublishedSet("given", "about", "p. 1", "dh", {"inertial": {}})
-    plain, on_set = Reading("plain", "about", ("of_dh",)), Reading("on_set", "about", (), "given")
+    published = schema.PublishedSet("given", "about", "p. 1", "dh", {"inertial": {}})
+    plain = schema.Reading("plain", "about", ("of_dh",))
+    on_set = schema.Reading("on_set", "about", (), "given")
     changed = replace(paper, errata=(own, of_dh, of_set), sets={"given": published}, reading=plain,
                       readings={"plain": plain, "on_set": on_set})  # fmt: skip
     assert [e.id for e in changed.errata_of("")] == ["own", "of_dh"]
@@ -114,23 +96,6 @@ DEFINED = {
     "deg/s": math.pi / 180, "rpm": 2 * math.pi / 60, "mm/s": 1e-3,
 }  # fmt: skip
 GOOD = template("own.toml", "own", "RR")
-
-
-@pytest.mark.parametrize("unit", DEFINED)
-def test_units_are_what_they_are(unit):
-    assert to_si(2.5, unit) == pytest.approx(2.5 * DEFINED[unit], rel=1e-15)
-
-
-def test_no_other_unit_scales():
-    assert {unit for unit, (_, factor) in UNITS.items() if factor != 1.0} == set(DEFINED)
-
-
-@pytest.mark.parametrize(("unit", "zero"), [("deg", 90.0), ("rad", math.pi / 2)])
-def test_limits_move_by_the_zero_whatever_its_unit(unit, zero):
-    column = f'zero = {{ values = [{zero!r}, 0], unit = "{unit}", where = "here", kind = "assumed" }}\nlower ='
-    arm = arm_from_paper(parse_paper(GOOD.replace("lower =", column, 1), "own.toml"))
-    assert math.degrees(arm.lower[0]) == pytest.approx(-80.0)
-    assert math.degrees(arm.upper[0]) == pytest.approx(260.0)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,6 @@ from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.arms.papers.reader import parse_paper
 from lwr_dyn.foundation.errors import PaperError
-from lwr_dyn.model.friction import friction_torque
 from tests.tolerances import EXACT
 
 SET = """
@@ -63,34 +62,39 @@ set = "maker"
 errata = ["mass-2"]
 """
 OWN = template("own.toml", "own", "RR", "modified")
+SHIFT = 3.0 * 0.02**2
+"""[kg m^2] Of link 1 of the set, from the origin to its centre of mass."""
 
 
 def read(reading):
     return parse_paper(OWN + SET, "own.toml", reading)
 
 
-def test_a_reading_takes_the_tables_of_its_set_and_the_errata_on_top():
+def test_a_reading_takes_the_tables_of_its_set_a_motor_map_too_and_the_errata_on_top():
     masses = {name: read(name).columns["inertial.mass"].si().tolist() for name in read("printed").reading_names}
     assert masses == {"printed": [4.0, 2.0], "maker": [3.0, 1.5], "maker_mended": [3.0, 2.5]}
     assert read("maker").printed["inertial"]["mass"]["values"] == [3.0, 1.5]
     mended = read("maker_mended").columns["inertial.mass"]
     assert mended.errata == {1: ("mass-2",)}
     assert mended.where == "page 3"
+    arm = arm_of(OWN + SET.replace("[[erratum]]", COUPLED + "[[erratum]]", 1))
+    assert arm.transmission.motor_velocity([0.1, 0.2]).round(12).tolist() == [4.5, 9.6]
+    written = parse_paper(data_file_text(arm), "out.toml")
+    assert arm_from_paper(written).transmission.matrix.tolist() == [[45.0, 0.0], [32.0, 32.0]]
 
 
-def test_the_tensors_of_a_set_are_about_its_own_point():
-    arm = arm_from_paper(read("maker"))
-    shift = 3.0 * 0.02**2
-    np.testing.assert_allclose(
-        arm.chain.bodies[0].inertia_com, np.diag([0.02 - shift, 0.02 - shift, 0.01]), rtol=0, atol=1e-15
-    )
-
-
-def test_what_a_reading_leaves_in_place_is_of_the_tables_it_uses():
+def test_what_a_reading_leaves_in_place_is_of_the_tables_it_uses_and_where_torques_are_measured_is_said():
     paper = read("printed")
-    assert {name: paper.left_in_place(name) for name in paper.reading_names} == {
-        "printed": (), "maker": ("mass-2",), "maker_mended": (),
-    }  # fmt: skip
+    left = {name: paper.left_in_place(name) for name in paper.reading_names}
+    assert left == {"printed": (), "maker": ("mass-2",), "maker_mended": ()}
+    about_com = np.diag([0.02 - SHIFT, 0.02 - SHIFT, 0.01])
+    tensor = arm_from_paper(read("maker")).chain.bodies[0].inertia_com
+    np.testing.assert_allclose(tensor, about_com, rtol=0, atol=1e-15)
+    assert read("printed").torques == ""
+    said = OWN.replace('kinds = ["revolute", "revolute"]', 'kinds = ["revolute", "revolute"]\ntorques = "link"')
+    assert parse_paper(said, "own.toml").torques == "link"
+    with pytest.raises(PaperError, match=r"joints.torques: 'both'; allowed: one of motor, link"):
+        parse_paper(said.replace('"link"', '"both"'), "own.toml")
 
 
 FAULTS = {
@@ -121,6 +125,7 @@ xyz = { values = [[0, 0, 0.3], [0, 0, 0]], unit = "m", where = "urdf", kind = "p
 rpy = { values = [[0, 0, 30], [90, 0, -30]], unit = "deg", where = "urdf", kind = "printed" }
 axis = { values = [[0, 0, 1], [0, 0, 1]], unit = "1", where = "urdf", kind = "printed" }
 """
+STANDARD = OWN.replace('"modified"', '"standard"')
 OF_URDF = SET.replace('"dh"', '"urdf"').replace("[[erratum]]", ORIGINS + "[[erratum]]", 1)
 
 
@@ -130,144 +135,44 @@ def arm_of(text, reading="maker"):
 
 def test_bodies_in_frames_of_a_urdf_stand_where_its_joints_place_them(tmp_path):
     """The second road: the URDF of those joints, read by the reader of URDFs."""
-    own = OWN.replace('"modified"', '"standard"')
-    arm = arm_of(own + OF_URDF)
-    joints = "".join(
-        f"""<joint name="joint_{i}" type="revolute"><parent link="{parent}"/><child link="link_{i}"/>
-        <origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="0 0 1"/>
-        <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>"""
-        for i, parent, xyz, rpy in (
-            (1, "base", "0 0 0.3", f"0 0 {np.pi / 6}"),
-            (2, "link_1", "0 0 0", f"{np.pi / 2} 0 {-np.pi / 6}"),
-        )
-    )
-    links = "".join(
-        f"""<link name="link_{i}"><inertial><origin xyz="{com}"/><mass value="{mass}"/>
-        <inertia ixx="{xx}" ixy="0" ixz="0"
-        iyy="{yy}" iyz="0" izz="{zz}"/></inertial></link>"""
-        for i, mass, com, xx, yy, zz in (
-            (1, 3.0, "0 0 0.02", 0.0188, 0.0188, 0.01), (2, 1.5, "0.01 0 0", 0.03, 0.02985, 0.00985),
-        )
-    )  # fmt: skip
+    joint = """<joint name="joint_{0}" type="revolute"><parent link="{1}"/><child link="link_{0}"/>
+        <origin xyz="{2}" rpy="{3}"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>"""
+    link = """<link name="link_{0}"><inertial><origin xyz="{1}"/><mass value="{2}"/>
+        <inertia ixx="{3}" ixy="0" ixz="0" iyy="{4}" iyz="0" izz="{5}"/></inertial></link>"""
+    elements = [
+        link.format(1, "0 0 0.02", 3.0, 0.0188, 0.0188, 0.01), link.format(2, "0.01 0 0", 1.5, 0.03, 0.02985, 0.00985),
+        joint.format(1, "base", "0 0 0.3", f"0 0 {np.pi / 6}"),
+        joint.format(2, "link_1", "0 0 0", f"{np.pi / 2} 0 {-np.pi / 6}"),
+    ]  # fmt: skip
     path = tmp_path / "own.urdf"
-    path.write_text(f'<robot name="own"><link name="base"/>{links}{joints}</robot>')
-    foreign = lwr_dyn.load(path)
+    path.write_text(f'<robot name="own"><link name="base"/>{"".join(elements)}</robot>')
+    arm, foreign = arm_of(STANDARD + OF_URDF), lwr_dyn.load(path)
     q, dq, ddq = np.random.default_rng(3).uniform(-1.0, 1.0, (3, 2))
     ours, theirs = (lwr_dyn.dynamics_of(x).inverse_dynamics(q, dq, ddq) for x in (arm, foreign))
     np.testing.assert_allclose(ours, theirs, rtol=0, atol=EXACT)
 
 
 def test_a_urdf_whose_axes_are_not_those_of_the_table_is_refused():
-    own = OWN.replace('"modified"', '"standard"')
     for old, new, found in (
         ("[[0, 0, 0.3]", "[[0, 0.001, 0.3]", "joint_1 at zero is 0.001 m and 0 rad"),
         ("[90, 0, -30]", "[-90, 0, -30]", "joint_2"),
         ("[90, 0, -30]", "[91, 0, -30]", "joint_2 at zero is 0 m and 0.0175 rad"),
     ):
         with pytest.raises(PaperError, match=f"origins: the axis of {found}"):
-            arm_of(own + OF_URDF.replace(old, new, 1))
+            arm_of(STANDARD + OF_URDF.replace(old, new, 1))
 
 
 def test_a_tensor_in_its_own_axes_is_turned_as_the_origin_of_an_inertial():
     turned = SET.replace("0.02, 0, 0], [0, 0.02", "0.02, 0, 0], [0, 0.03", 1).replace('axes = "frame"', 'axes = "rpy"')
     rpy = 'rpy = { values = [[0, 0, 90], [0, 0, 0]], unit = "deg", where = "p", kind = "datasheet" }\ncom ='
     tensor = arm_of(OWN + turned.replace("com =", rpy, 1)).chain.bodies[0].inertia_com
-    shift = 3.0 * 0.02**2
-    np.testing.assert_allclose(tensor, np.diag([0.03 - shift, 0.02 - shift, 0.01]), rtol=0, atol=1e-15)
-    with pytest.raises(PaperError, match="axes: 'rpy'; allowed: one of frame"):
-        arm_of(OWN + turned)
-    with pytest.raises(PaperError, match="axes: 'frame'; allowed: one of rpy"):
-        arm_of(OWN + SET.replace("com =", rpy, 1))
+    np.testing.assert_allclose(tensor, np.diag([0.03 - SHIFT, 0.02 - SHIFT, 0.01]), rtol=0, atol=1e-15)
+    for text, words in ((turned, "axes: 'rpy'; allowed: one of frame"),
+                        (SET.replace("com =", rpy, 1), "axes: 'frame'; allowed: one of rpy")):  # fmt: skip
+        with pytest.raises(PaperError, match=words):
+            arm_of(OWN + text)
 
 
 COUPLED = """[set.transmission]
 matrix = { values = [[45, 0], [32, 32]], unit = "1", where = "p", kind = "printed" }
 """
-
-
-def test_a_coupled_wrist_is_a_motor_map_of_its_own():
-    arm = arm_of(OWN + SET.replace("[[erratum]]", COUPLED + "[[erratum]]", 1))
-    assert arm.transmission.motor_velocity([0.1, 0.2]).round(12).tolist() == [4.5, 9.6]
-    written = parse_paper(data_file_text(arm), "out.toml")
-    assert arm_from_paper(written).transmission.matrix.tolist() == [[45.0, 0.0], [32.0, 32.0]]
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("[32, 32]", "[45, 0]", "transmission.matrix: a singular matrix"),
-        (
-            "matrix =",
-            'ratio = { values = [1, 2], unit = "1", where = "p", kind = "printed" }\nmatrix =',
-            "matrix and ratio",
-        ),
-        ("matrix =", "signs =", r"signs.values\[0\]: \[45.0, 0.0\]; allowed: 1, 0 or -1"),
-    ],
-)
-def test_a_motor_map_is_given_in_one_way(old, new, message):
-    with pytest.raises(PaperError, match=message):
-        arm_of(OWN + SET.replace("[[erratum]]", COUPLED.replace(old, new, 1) + "[[erratum]]", 1))
-
-
-MOTORS = """[set.rotors]
-gear_ratio = { values = [-50, 20], unit = "1", where = "p", kind = "printed" }
-inertia = { values = [1e-4, 1e-4], unit = "kg m^2", where = "p", kind = "printed" }
-[set.friction]
-side = "motor"
-positive_coulomb = { values = [0.4, 0.1], unit = "N m", where = "p", kind = "printed" }
-negative_coulomb = { values = [0.5, 0.1], unit = "N m", where = "p", kind = "printed" }
-positive_viscous = { values = [1e-3, 2e-3], unit = "N m s/rad", where = "p", kind = "printed" }
-negative_viscous = { values = [1e-3, 2e-3], unit = "N m s/rad", where = "p", kind = "printed" }
-"""
-
-
-def test_friction_of_the_motors_is_that_of_the_joints_by_the_gears():
-    """The torque at the joint is r f(r dq), whichever sign the ratio has."""
-    arm = arm_of(OWN + SET.replace("[[erratum]]", MOTORS + "[[erratum]]", 1))
-    dq = np.array([[0.3, -0.2], [-0.3, 0.2]])
-    ratio = np.array([-50.0, 20.0])
-    speed = ratio * dq
-    level = np.where(speed > 0.0, [0.4, 0.1], [0.5, 0.1])
-    expected = ratio * (np.sign(speed) * level + [1e-3, 2e-3] * speed)
-    np.testing.assert_allclose(friction_torque(arm.friction_models(), dq), expected, rtol=1e-14)
-
-
-def test_one_pair_of_friction_at_the_motors_is_that_of_the_joints_too():
-    both = MOTORS.partition("positive_coulomb")[0] + "".join(
-        f'{name} = {{ values = [0.4, 0.1], unit = "{unit}", where = "p", kind = "printed" }}\n'
-        for name, unit in (("coulomb", "N m"), ("viscous", "N m s/rad"))
-    )
-    arm = arm_of(OWN + SET.replace("[[erratum]]", both + "[[erratum]]", 1))
-    limits = [(x.coulomb, x.viscous) for x in arm.limits]
-    np.testing.assert_allclose(limits, [(20.0, 1000.0), (2.0, 40.0)], rtol=1e-14)
-
-
-SIGMOID = """[set.friction]
-sigmoid_level = { values = [0.5, 0.9], unit = "N m", where = "p", kind = "printed" }
-sigmoid_slope = { values = [5, 9], unit = "s/rad", where = "p", kind = "printed" }
-sigmoid_shift = { values = [0.04, -0.03], unit = "rad/s", where = "p", kind = "printed" }
-"""
-
-
-def test_a_sigmoid_of_friction_is_kept_whole_or_refused():
-    text = OWN + SET.replace("[[erratum]]", SIGMOID + "[[erratum]]", 1)
-    paper = parse_paper(text, "own.toml", "maker")
-    assert paper.numbers("friction.sigmoid_slope") == (5.0, 9.0)
-    with pytest.raises(PaperError, match="sigmoid_level and sigmoid_slope; allowed: level, slope and shift"):
-        parse_paper(text.replace("sigmoid_shift", "# "), "own.toml", "maker")
-
-
-def test_where_torques_are_measured_can_be_said():
-    assert read("printed").torques == ""
-    said = OWN.replace('kinds = ["revolute", "revolute"]', 'kinds = ["revolute", "revolute"]\ntorques = "link"')
-    assert parse_paper(said, "own.toml").torques == "link"
-    with pytest.raises(PaperError, match=r"joints.torques: 'both'; allowed: one of motor, link"):
-        parse_paper(said.replace('"link"', '"both"'), "own.toml")
-
-
-def test_friction_at_motors_without_gear_ratios_is_refused():
-    text = OWN + SET.replace("[[erratum]]", MOTORS[MOTORS.index("[set.friction]") :] + "[[erratum]]", 1)
-    with pytest.raises(PaperError, match=r"friction.side: 'motor' without gear ratios"):
-        arm_of(text)
-    with pytest.raises(PaperError, match="'motor' with motors that drive several joints"):
-        arm_of(text.replace('[[erratum]]\nid = "mass-2', COUPLED + '[[erratum]]\nid = "mass-2', 1))

@@ -1,4 +1,8 @@
-"""URDF files written by tests: a robot with one or two joints, link by link."""
+"""Files written by tests: URDFs of a robot with one or two joints, link by link, and runs."""
+
+import numpy as np
+
+import lwr_dyn
 
 LINK = (
     '<inertial><origin xyz="0.1 0 0.2" rpy="0.3 -0.2 0.1"/><mass value="2"/>'
@@ -20,7 +24,22 @@ def robot(*joints, **links):
     return "".join(['<robot name="r">', *described, *joints, "</robot>"])
 
 
+HEAD = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+
+
+def xacro_file(folder, body):
+    """A xacro file with this in its robot."""
+    return written(folder, f"{HEAD}{body}</robot>", "x.urdf.xacro")
+
+
 def written(tmp_path, text, name="arm.urdf"):
     path = tmp_path / name
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def saved_run(folder, arm, q):
+    """A run of the arm that begins at q, written and read again."""
+    hold = lwr_dyn.reference("hold", arm, q=q, duration=0.01)
+    lwr_dyn.simulate(arm, lambda *_: np.zeros(arm.n), hold).save(folder / "run.npz")
+    return lwr_dyn.Run.load(folder / "run.npz")

@@ -15,11 +15,11 @@ ALL_ARMS = [(robot, reading) for robot in studied() for reading in readings(robo
 
 
 @pytest.mark.parametrize(("robot", "reading"), ALL_ARMS)
-def test_every_file_of_a_model_says_it(robot, reading):
+def test_every_file_of_a_model_says_it_and_is_read_back_with_it(robot, reading, tmp_path):
     arm = lwr_dyn.load(robot, reading)
-    said = caveat_lines(arm)
+    said, files = caveat_lines(arm), model_files(arm, "arm")
     assert bool(said) == bool(arm.caveat(DYNAMICS))
-    for name, text in model_files(arm).items():
+    for name, text in files.items():
         if name.endswith(".provenance.json"):
             sidecar = json.loads(text)
             assert sidecar["caveat"] == arm.caveat(DYNAMICS)
@@ -27,6 +27,11 @@ def test_every_file_of_a_model_says_it(robot, reading):
         else:
             assert text.count(CAVEAT) == len(said), name
             assert all(line in text for line in said), name
+    for name, text in (("arm.urdf", files["arm.urdf"]), ("arm.toml", data_file_text(arm))):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        read = lwr_dyn.load(tmp_path / name).caveats
+        assert read.left_in_place == arm.caveats.left_in_place
+        assert read.of_numbers(DYNAMICS) == arm.caveats.of_numbers(DYNAMICS)
 
 
 def test_the_header_says_it_behind_the_name_of_the_reading():
@@ -34,14 +39,3 @@ def test_the_header_says_it_behind_the_name_of_the_reading():
     assert lines[2].endswith("robot lwr4plus, reading computed")
     assert lines[3].strip() == f"{CAVEAT}leaves rotor-inertia-power in place, a proven error"
     assert "table2-c5z (likely)" in lines[5]
-
-
-@pytest.mark.parametrize(("robot", "reading"), ALL_ARMS)
-@pytest.mark.parametrize("ending", [".urdf", ".toml"])
-def test_what_was_written_is_read_back_with_it(robot, reading, ending, tmp_path):
-    arm = lwr_dyn.load(robot, reading)
-    path = tmp_path / f"arm{ending}"
-    path.write_text(lwr_dyn.urdf_text(arm) if ending == ".urdf" else data_file_text(arm), encoding="utf-8")
-    read = lwr_dyn.load(path).caveats
-    assert read.left_in_place == arm.caveats.left_in_place
-    assert read.of_numbers(DYNAMICS) == arm.caveats.of_numbers(DYNAMICS)

@@ -40,13 +40,16 @@ def test_limbs_reach_from_joint_to_joint(arm):
             np.testing.assert_allclose(end, joint.origin.position, atol=1e-12)
 
 
-def test_hinges_lie_across_and_rings_about_the_limbs(arm):
+def test_hinges_lie_across_rings_about_the_limbs_and_lengths_have_no_digits_of_rounding(arm):
     dark = {s.link: s for s in primitives(arm) if s.colour == "dark"}
     for link in ("link_2", "link_4", "link_6"):
         assert dark[link].length > 2 * dark[link].radius
     for link in ("link_3", "link_5"):
         assert dark[link].length < dark[link].radius
         assert dark[link].pose.position @ np.array([0.0, 0.0, 1.0]) > 0.0
+    for robot in studied():
+        for shape in primitives(lwr_dyn.load(robot)):
+            assert max(len(repr(x)) for x in (shape.radius, shape.length)) <= 8
 
 
 def axes_of_shapes(arm, q):
@@ -98,13 +101,12 @@ def test_our_robots_have_no_gaps_and_stand_on_the_floor(robot):
     assert ends[..., 2].min() >= floor_height(arm) - 1e-6
 
 
-def test_the_stand_is_as_high_as_the_table_says(own_arm):
+def test_the_stand_is_as_high_as_the_table_says_and_without_one_nothing_is_below_the_floor(own_arm):
     assert own_arm.drawing.pedestal == 0.3
     assert floor_height(own_arm) == pytest.approx(-0.3, abs=1e-6)
     assert floor_height(lwr_dyn.load("wam7")) == pytest.approx(-0.35, abs=1e-6)
-
-
-def test_without_a_stand_nothing_at_the_base_is_below_the_floor(own_arm):
+    endless = replace(own_arm, limits=tuple(replace(x, lower=-1e6, upper=1e6) for x in own_arm.limits))
+    assert max(shape.length for shape in primitives(endless)) < 10.0  # a travel without end is not drawn to its end
     bare = replace(own_arm, drawing=Drawing())
     ends, radii = axes_of_shapes(bare, np.zeros(bare.n))
     near = np.linalg.norm(ends, axis=2).min(axis=1) < 0.05
@@ -114,17 +116,6 @@ def test_without_a_stand_nothing_at_the_base_is_below_the_floor(own_arm):
     assert primitives(bare)[0].link == "base"
 
 
-def test_drawn_lengths_have_no_digits_of_rounding():
-    for robot in studied():
-        for shape in primitives(lwr_dyn.load(robot)):
-            assert max(len(repr(x)) for x in (shape.radius, shape.length)) <= 8
-
-
-def test_a_travel_without_end_is_not_drawn_to_its_end(own_arm):
-    endless = replace(own_arm, limits=tuple(replace(x, lower=-1e6, upper=1e6) for x in own_arm.limits))
-    assert max(shape.length for shape in primitives(endless)) < 10.0
-
-
 def made(*joints, drawing=None, mount=None, tool=None):
     """An arm of (kind, where the joint is in the link before, limits), the last place that of the flange."""
     links = []
@@ -132,11 +123,7 @@ def made(*joints, drawing=None, mount=None, tool=None):
         links.append((ChainLink(f"j{k}", f"l{k}", kind, place, Pose.identity(), None), JointLimits(**limits)))
     chain = Chain(tuple(link for link, _ in links), joints[-1][1], np.array([0.0, 0.0, -9.81]))
     arm = Arm("own", "r", "t", chain, tuple(limits for _, limits in links), drawing=drawing or Drawing())
-    return (
-        arm.installed(mount, tool or Tool(Pose.identity(), 0.0, np.zeros(3), np.zeros((3, 3))))
-        if mount or tool
-        else arm
-    )
+    return arm.installed(mount, tool or Tool()) if mount or tool else arm
 
 
 def at(x, y, z, rotation=None):
@@ -208,17 +195,19 @@ def test_a_slide_upward_runs_on_a_rail_and_another_in_a_guide(low, up, reach):
     assert shown(level, "l2")[0][1] == "grey"  # a direction that turns has no rail
 
 
-def test_radii_fall_along_the_arm_and_the_pedestal_is_as_high_as_given():
+def test_radii_fall_along_the_arm_and_pedestal_and_cylinders_are_as_given():
     arm = made((TURNS, at(0, 0, 0.5), {}), (TURNS, at(0, 0, 0.3), {}), (None, at(0, 0, 0.2), {}))
     np.testing.assert_allclose(link_radii(arm), [1.0 * 0.045 + 0.03 * 0.5, 0.045 + 0.03 * 0.2])
-    np.testing.assert_allclose(
-        link_radii(made((TURNS, at(0, 0, 0.02), {}), (None, at(0, 0, 0.01), {}))), [0.0045 + 0.0003]
-    )
+    short = made((TURNS, at(0, 0, 0.02), {}), (None, at(0, 0, 0.01), {}))
+    np.testing.assert_allclose(link_radii(short), [0.0045 + 0.0003])
     high = replace(arm, drawing=Drawing(pedestal=0.5, radius=(R, R)))
     assert shown(high, "base")[:2] == [
         ("base", "dark", 0, 0, -0.47, 0, 0, 1, 0.16, 0.06), ("base", "grey", 0, 0, -0.22, 0, 0, 1, 0.105, 0.44),
     ]  # fmt: skip
     assert floor_height(high) == pytest.approx(-0.5)
+    drawn = DrawnCylinder("l1", (0.0, 0.0, 0.1), (0.3, 0.0, 0.5), 0.02, "grey")
+    arm = made((TURNS, at(0, 0, 0.5), {}), (None, at(0, 0, 0.8), {}), drawing=Drawing(cylinders=(drawn,)))
+    assert shown(arm, "l1", "base", "flange") == [("l1", "grey", 0.15, 0, 0.3, 0.6, 0, 0.8, 0.02, 0.5)]
 
 
 def test_the_column_clears_what_turns_about_the_origin_of_the_base():
@@ -247,11 +236,5 @@ def test_floor_and_foot_of_a_mounted_arm():
     assert floor_height(made(*joints, mount=at(0, 0, 0.0, rot_x(np.pi)))) == pytest.approx(-0.8)
     tilted = made(*joints, drawing=pedestal, mount=at(0, 0, 2.0, rot_y(0.4)))  # within 26 deg of upright
     assert floor_height(tilted) == pytest.approx(2.0 - 0.4 * np.cos(0.4) - 0.16 * np.sin(0.4))
-    tool = made(*joints, drawing=pedestal, tool=Tool(at(0, 0.3, 0.4), 0.0, np.zeros(3), np.zeros((3, 3))))
+    tool = made(*joints, drawing=pedestal, tool=Tool(at(0, 0.3, 0.4)))
     assert shown(tool, "flange")[-1] == ("flange", "dark", 0, 0.15, 0.2, 0, 0.6, 0.8, 0.03, 0.5)
-
-
-def test_cylinders_of_the_file_are_drawn_from_end_to_end():
-    drawn = DrawnCylinder("l1", (0.0, 0.0, 0.1), (0.3, 0.0, 0.5), 0.02, "grey")
-    arm = made((TURNS, at(0, 0, 0.5), {}), (None, at(0, 0, 0.8), {}), drawing=Drawing(cylinders=(drawn,)))
-    assert shown(arm, "l1", "base", "flange") == [("l1", "grey", 0.15, 0, 0.3, 0.6, 0, 0.8, 0.02, 0.5)]

@@ -42,13 +42,8 @@ BROKEN = {
     "two parents": (robot(joint("j", "a", "c"), joint("k", "b", "c"), a="", b="", c=""), "carried by j and k"),
     "loop": (robot(joint("j", "a", "b"), joint("k", "b", "a"), c="", a="", b=""), "a loop through a, b; allowed"),
     "loop without a root": (robot(joint("j", "a", "b"), joint("k", "b", "a"), a="", b=""), "0 links without a parent"),
-    "rotor": (
-        ONE.replace('name="r"', 'name="r" xmlns:drake="https://drake.mit.edu/"').replace(
-            "</robot>",
-            '<transmission><joint name="j"/><actuator><drake:gear_ratio value="x"/></actuator></transmission></robot>',
-        ),
-        "gear_ratio",
-    ),
+    "rotor": (ONE.replace("</robot>", '<transmission><joint name="j"/><actuator><drake:gear_ratio value="x"/>'
+                          "</actuator></transmission></robot>"), "gear_ratio"),
 }  # fmt: skip
 
 
@@ -65,21 +60,18 @@ def test_a_broken_file_is_one_line(tmp_path, case, caplog):
     assert not caplog.records
 
 
-def test_wrong_tips_and_locks_are_refused_with_the_known_names(tmp_path):
+def test_wrong_tips_locks_and_files_that_cannot_be_read_are_refused(tmp_path):
     path = written(tmp_path, TWO)
-    with pytest.raises(UnknownNameError, match="known: b, c, a"):
-        read_urdf(path, tip="z")
-    with pytest.raises(UnknownNameError, match="known: j, k"):
-        read_urdf(path, tip="b", lock={"z": 0.0})
-    with pytest.raises(UrdfError, match="no moving joint"):
-        read_urdf(path, tip="a")
-
-
-def test_files_that_cannot_be_read(tmp_path):
-    with pytest.raises(FileAccessError, match="no such file"):
-        read_urdf(tmp_path / "none.urdf")
-    with pytest.raises(FileAccessError, match="directory"):
-        read_urdf(tmp_path)
+    for error, words, options in (
+        (UnknownNameError, "known: b, c, a", {"tip": "z"}),
+        (UnknownNameError, "known: j, k", {"tip": "b", "lock": {"z": 0.0}}),
+        (UrdfError, "no moving joint", {"tip": "a"}),
+    ):
+        with pytest.raises(error, match=words):
+            read_urdf(path, **options)
+    for path, words in ((tmp_path / "none.urdf", "no such file"), (tmp_path, "directory")):
+        with pytest.raises(FileAccessError, match=words):
+            read_urdf(path)
     binary = tmp_path / "binary.urdf"
     binary.write_bytes(b"\xff\xfe\x00\x01")
     with pytest.raises(UrdfError):

@@ -76,18 +76,15 @@ def test_mimics_follow_through_each_other_and_a_lock_turns_about_its_own_axis(tr
     chained = (*HAND, joint("third", "arm", "nail", more='<mimic joint="right" multiplier="3" offset="0.1"/>'))
     hand = tree(chained, "base arm thumb finger tool nail", left=0.5)
     assert hand.locked == {"left": 0.5, "right": -0.75, "third": pytest.approx(-2.15)}
-    tilted = joint("left", "arm", "thumb").replace('xyz="0 0 1"', 'xyz="0 1 0"')
-    pose = tree((HAND[0], tilted, *HAND[2:]), left=0.4).fixed_pose(parse_joint(tree, tilted))
-    np.testing.assert_allclose(pose.rotation, rot_y(0.4), atol=1e-15)
-    slide = joint("left", "arm", "thumb", "prismatic").replace('xyz="0 0 1"', 'xyz="1 0 0"')
-    moved = tree((HAND[0], slide, *HAND[2:]), left=-2.0)
-    np.testing.assert_allclose(moved.fixed_pose(moved.urdf.joints["left"]).position, [-2.0, 0.0, 0.5], atol=1e-15)
-    assert tree(left=2.0).locked["left"] == 2.0
-    assert tree(left=0.0).fixed_pose(tree().urdf.joints["left"]).position.tolist() == [0.0, 0.0, 0.5]
-    poses = dict(hand.fixed_to("arm"))
-    np.testing.assert_allclose(poses["finger"].rotation, rot_z(-0.75), atol=1e-15)
-
-
-def parse_joint(tree, text):
-    """The joint `left` of a hand with it."""
-    return tree((HAND[0], text, *HAND[2:])).urdf.joints["left"]
+    np.testing.assert_allclose(dict(hand.fixed_to("arm"))["finger"].rotation, rot_z(-0.75), atol=1e-15)
+    for kind, axis, value, rotation, position in (
+        ("revolute", "0 1 0", 0.4, rot_y(0.4), [0, 0, 0.5]),
+        ("prismatic", "1 0 0", -2.0, np.eye(3), [-2.0, 0, 0.5]),
+        ("revolute", "0 0 1", 2.0, rot_z(2.0), [0, 0, 0.5]),
+        ("revolute", "0 0 1", 0.0, np.eye(3), [0, 0, 0.5]),
+    ):
+        turned = joint("left", "arm", "thumb", kind).replace('axis xyz="0 0 1"', f'axis xyz="{axis}"')
+        held = tree((HAND[0], turned, *HAND[2:]), left=value)
+        pose = held.fixed_pose(held.urdf.joints["left"])
+        np.testing.assert_allclose(pose.rotation, rotation, atol=1e-15)
+        np.testing.assert_allclose(pose.position, position, atol=1e-15)

@@ -1,5 +1,7 @@
 """The arm in a tree that branches: its tip, what is held, and the tips that are listed where there are several arms."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -7,9 +9,8 @@ import lwr_dyn
 from lwr_dyn.arms.urdf.parse import parse_urdf
 from lwr_dyn.arms.urdf.reader import read_urdf
 from lwr_dyn.arms.urdf.tree import build_tree, obvious_tip, with_held_joints
-from lwr_dyn.cli.main import main
-from lwr_dyn.foundation.errors import OptionError, UnknownNameError, UrdfError
-from tests.arms.urdf.small_files import LIMIT, LINK, joint, robot, written
+from lwr_dyn.foundation.errors import UnknownNameError, UrdfError
+from tests.arms.urdf.small_files import LIMIT, LINK, joint, robot, saved_run, written
 
 MIMIC = LIMIT + '<mimic joint="{}" multiplier="-2" offset="0.1"/>'
 
@@ -66,7 +67,7 @@ def test_the_tip_of_the_one_obvious_arm(tmp_path, case):
     assert arm.layout.tip == tip
 
 
-def test_several_arms_are_listed_with_what_to_type(tmp_path):
+def test_several_arms_are_listed_with_what_to_type_and_an_unknown_tip_names_their_ends_first(tmp_path):
     joints = [*chain("base", "torso"), *chain("torso", *"abcdef"), *FINGERS, *chain("torso", *"uvwxyz")]
     joints += [*chain("torso", "pan", "tilt"), *chain("base", "k1", "k2", "k3"), *chain("base", "m1", "m2", "m3")]
     _, tree = tree_of(tmp_path, joints)
@@ -80,6 +81,10 @@ def test_several_arms_are_listed_with_what_to_type(tmp_path):
     path, _ = tree_of(tmp_path, [x for k in range(20) for x in chain("base", f"w{k}")])
     with pytest.raises(UrdfError, match=r"20 arms or legs; .*w11 \(1 joint\) \.\.\.$"):
         read_urdf(path)
+    path, _ = tree_of(tmp_path, [*chain("base", "g", "h", "i", "k"), *ARM, *fixed("f", "tcp")])
+    with pytest.raises(UnknownNameError, match=r"no link of .* named 'hand'; known: tcp, k, base, g, ") as fault:
+        read_urdf(path, tip="hand")
+    assert sorted(fault.value.known) == sorted(["base", *"abcdefghik", "tcp"])
 
 
 @pytest.mark.slow
@@ -94,18 +99,13 @@ def test_what_branches_off_is_held_and_said(tmp_path):
     twin = joint("twin", "f", "r", "revolute", MIMIC.format("j_l"))
     joints = [*ARM, joint("j_l", "f", "l", "prismatic", above), twin, *chain("base", "wheel")]
     path, tree = tree_of(tmp_path, joints)
-    _, held = with_held_joints(tree, "f")
-    assert held == {"j_l": 0.2, "twin": -2 * 0.2 + 0.1}
-    arm = read_urdf(path)
-    chosen, said = arm.notes
-    assert chosen == "the arm ends at f; another end: --tip LINK, such as l, r, wheel"
-    assert said == "held: j_l at 0.2, twin at -0.3; other values: --lock JOINT=VALUE"
-    given = read_urdf(path, tip="f", lock={"j_l": 0.2})
-    assert given.notes == ()
+    assert with_held_joints(tree, "f")[1] == {"j_l": 0.2, "twin": -2 * 0.2 + 0.1}
+    arm, given = read_urdf(path), read_urdf(path, tip="f", lock={"j_l": 0.2})
+    chosen = "the arm ends at f; another end: --tip LINK, such as l, r, wheel"
+    assert arm.notes == (chosen, "held: j_l at 0.2, twin at -0.3; other values: --lock JOINT=VALUE")
+    assert (given.notes, read_urdf(path, lock={"j_l": 0.5}).notes) == ((), (chosen,))
     q = np.linspace(0.1, 0.7, 6)
-    one, other = (lwr_dyn.dynamics_of(x).mass_matrix(q) for x in (arm, given))
-    assert np.array_equal(one, other)
-    assert read_urdf(path, lock={"j_l": 0.5}).notes == (chosen,)
+    assert np.array_equal(*(lwr_dyn.dynamics_of(x).mass_matrix(q) for x in (arm, given)))
 
 
 def test_a_held_base_is_the_fixed_base(tmp_path):
@@ -163,19 +163,10 @@ def test_what_is_no_chain_is_refused_with_what_to_type(tmp_path, case):
     assert message in str(fault.value)
 
 
-def test_an_unknown_tip_names_the_ends_of_arms_first(tmp_path):
-    path, _ = tree_of(tmp_path, [*chain("base", "g", "h", "i", "k"), *ARM, *fixed("f", "tcp")])
-    with pytest.raises(UnknownNameError, match=r"no link of .* named 'hand'; known: tcp, k, base, g, ") as fault:
-        read_urdf(path, tip="hand")
-    assert sorted(fault.value.known) == sorted(["base", *"abcdefghik", "tcp"])
-
-
-def test_commands_say_what_was_chosen_on_stderr(tmp_path, capsys):
+def test_commands_say_what_was_chosen_on_stderr(tmp_path, lwr_dyn_command):
     path, _ = tree_of(tmp_path, [*ARM, *FINGERS])
-    with pytest.raises(SystemExit) as end:
-        main(["fk", str(path), "--q", "0,0,0,0,0,0"])
-    assert not end.value.code
-    out, err = capsys.readouterr()
+    code, out, err = lwr_dyn_command("fk", str(path), "--q", "0,0,0,0,0,0")
+    assert not code
     assert "the arm ends" not in out
     assert err.splitlines() == [
         "note: the arm ends at f; another end: --tip LINK, such as left, right",
@@ -188,49 +179,33 @@ MACROS = f"""<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:
 <xacro:link name="base"/><xacro:link name="$(arg ends)"/>{joint("j", "base", "$(arg ends)")}</robot>"""
 
 
-def test_a_xacro_is_expanded_with_its_arguments(tmp_path, capsys):
+def test_a_xacro_is_expanded_with_its_arguments_and_those_without_a_name_are_refused(tmp_path, lwr_dyn_command):
     path = written(tmp_path, MACROS, "arm.urdf.xacro")
     arm = lwr_dyn.load(path, xacro_args={"ends": "tip"})
     assert arm.chain.links[0].link == "tip"
     assert lwr_dyn.load(path).chain.links[0].link == "b"
-    with pytest.raises(SystemExit) as end:
-        main(["urdf", str(path), "--xacro-arg", "ends:=tool"])
-    assert not end.value.code
-    assert '<link name="tool">' in capsys.readouterr().out
+    code, out, _ = lwr_dyn_command("urdf", str(path), "--xacro-arg", "ends:=tool")
+    assert not code
+    assert '<link name="tool">' in out
     with pytest.raises(UrdfError, match="xacro"):
         lwr_dyn.load(written(tmp_path, MACROS.replace("${name}", "${nothing}"), "bad.xacro"))
+    for text in ("ends=tool", ":=tool"):
+        code, _, err = lwr_dyn_command("urdf", "x.xacro", "--xacro-arg", text)
+        assert code == 2
+        assert f"--xacro-arg: {text!r}; allowed: NAME:=VALUE" in err
 
 
 def test_a_run_of_a_xacro_finds_its_arm_again(tmp_path):
     path = written(tmp_path, MACROS, "arm.urdf.xacro")
     arm = lwr_dyn.load(path, xacro_args={"ends": "tip"}, mount="wall")
-    hold = lwr_dyn.reference("hold", arm, q=[0.1], duration=0.002)
-    lwr_dyn.simulate(arm, lambda *_: np.zeros(1), hold).save(tmp_path / "x.npz")
-    lwr_dyn.replay(lwr_dyn.Run.load(tmp_path / "x.npz"), tmp_path / "x.html")
+    run = saved_run(tmp_path, arm, [0.1])
+    lwr_dyn.replay(run, tmp_path / "x.html")
     path.write_text(MACROS.replace('value="2"', 'value="3"'), encoding="utf-8")
     with pytest.raises(OSError, match="has changed since the run was made"):
-        lwr_dyn.replay(lwr_dyn.Run.load(tmp_path / "x.npz"), tmp_path / "x.html")
-
-
-def test_arguments_without_a_xacro_or_without_a_name_are_refused(tmp_path, capsys):
-    with pytest.raises(OptionError, match=r"xacro_args: given for lwr4plus; allowed: only with a \.xacro file"):
-        lwr_dyn.load("lwr4plus", xacro_args={"a": "1"})
-    with pytest.raises(SystemExit) as end:
-        main(["urdf", "x.xacro", "--xacro-arg", "ends=tool"])
-    assert end.value.code == 2
-    assert "--xacro-arg: 'ends=tool'; allowed: NAME:=VALUE" in capsys.readouterr().err
+        lwr_dyn.replay(run, tmp_path / "x.html")
 
 
 def test_without_the_package_one_line_says_how_to_install_it(tmp_path, monkeypatch):
-    import builtins
-
-    real = builtins.__import__
-
-    def without(name, *rest, **named):
-        if name.split(".")[0] == "xacro":
-            raise ModuleNotFoundError(name)
-        return real(name, *rest, **named)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setitem(sys.modules, "xacro", None)
     with pytest.raises(ImportError, match=r"xacro is not installed; install it with: pip install 'lwr_dyn\[urdf\]'"):
         lwr_dyn.load(written(tmp_path, MACROS, "arm.xacro"))

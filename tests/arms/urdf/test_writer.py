@@ -13,11 +13,20 @@ from lwr_dyn.arms.urdf.elements import UNKNOWN_POSITION, header, unknown_limits
 from lwr_dyn.arms.urdf.geometry import primitives
 from lwr_dyn.arms.urdf.writer import urdf_text, urdf_with_sources
 from lwr_dyn.model.arm import JointLimits
-from lwr_dyn.model.spatial import from_rpy, to_rpy
-from tests.random_arms import arms
+from lwr_dyn.model.spatial import Pose, from_rpy, to_rpy
 
 ROUNDING = 2e-15
 """A rotation made of three, through its angles and back: entries are a few products of numbers below one."""
+
+
+def tree_of(arm):
+    return ElementTree.fromstring(urdf_text(arm))
+
+
+def names(root, tag):
+    return [x.get("name") for x in root.findall(tag)]
+
+
 angles = st.tuples(*[st.floats(-3.2, 3.2)] * 3)
 
 
@@ -31,58 +40,39 @@ def test_angles_give_the_rotation_back_at_every_pitch(rpy, other, off, pole):
     assert np.abs(from_rpy(to_rpy(rotation)) - rotation).max() <= ROUNDING
 
 
-@given(arms)
-def test_the_same_arm_gives_the_same_bytes(arm):
-    assert urdf_text(arm) == urdf_text(arm)
-
-
 def test_inertials_are_written_bit_for_bit():
     arm = lwr_dyn.load("lwr4plus")
-    root = ElementTree.fromstring(urdf_text(arm))
+    root = tree_of(arm)
     for link, body in zip(arm.chain.links, arm.bodies(), strict=True):
         inertial = root.find(f"link[@name='{link.link}']/inertial")
         assert float(inertial.find("mass").get("value")) == body.mass
         assert [float(x) for x in inertial.find("origin").get("xyz").split()] == list(body.com)
         assert inertial.find("origin").get("rpy") == "0.0 0.0 0.0"
-        for r in range(3):
-            for c in range(r, 3):
-                assert float(inertial.find("inertia").get(f"i{'xyz'[r]}{'xyz'[c]}")) == body.inertia_com[r, c]
+        written = {name: float(x) for name, x in inertial.find("inertia").attrib.items()}
+        assert written == {f"i{a}{b}": body.inertia_com[r, c] for r, a in enumerate("xyz") for c, b in enumerate("xyz")
+                           if c >= r}  # fmt: skip
 
 
-def test_unknown_limits_are_stand_ins_and_named_in_the_header():
+def test_unknown_limits_are_stand_ins_and_unknown_friction_is_not_written():
     arm = lwr_dyn.load("lwr4")
     text = urdf_text(arm)
     limit = ElementTree.fromstring(text).find("joint[@name='joint_3']/limit")
-    assert float(limit.get("upper")) == UNKNOWN_POSITION
-    assert float(limit.get("effort")) == 1e9
+    assert (float(limit.get("upper")), float(limit.get("effort"))) == (UNKNOWN_POSITION, 1e9)
     assert ("joint_3", "upper") in unknown_limits(arm)
     assert "joint_3 upper" in text.partition("-->")[0]
-
-
-def test_names_that_need_quoting_are_quoted():
-    arm = lwr_dyn.load("lwr4")
-    odd = 'a<b&"c"'
-    link = replace(arm.chain.links[0], joint=odd, link=f"{odd}--")
-    odd_arm = replace(arm.with_chain(replace(arm.chain, links=(link, *arm.chain.links[1:]))), title="x --> y")
-    root = ElementTree.fromstring(urdf_text(odd_arm))
-    assert root.find("joint").get("name") == odd
-    assert [x.get("name") for x in root.findall("link")][1] == f"{odd}--"
-
-
-def test_a_joint_called_flange_joint_keeps_its_name():
-    arm = lwr_dyn.load("lwr4")
-    last = replace(arm.chain.links[-1], joint="flange_joint")
-    renamed = arm.with_chain(replace(arm.chain, links=(*arm.chain.links[:-1], last)))
-    names = [x.get("name") for x in ElementTree.fromstring(urdf_text(renamed)).findall("joint")]
-    assert names[-2:] == ["flange_joint", "flange_joint_"]
-
-
-def test_known_friction_is_written_and_unknown_friction_is_not():
-    arm = lwr_dyn.load("lwr4")
-    known = replace(arm, limits=(JointLimits(viscous=0.5, coulomb=0.0), *arm.limits[1:]))
-    root = ElementTree.fromstring(urdf_text(known))
+    root = tree_of(replace(arm, limits=(JointLimits(viscous=0.5, coulomb=0.0), *arm.limits[1:])))
     assert root.find("joint[@name='joint_1']/dynamics").attrib == {"damping": "0.5", "friction": "0.0"}
     assert root.find("joint[@name='joint_2']/dynamics") is None
+
+
+def test_names_that_need_quoting_are_quoted_and_a_joint_called_flange_joint_keeps_its_name():
+    arm, odd = lwr_dyn.load("lwr4"), 'a<b&"c"'
+    first = replace(arm.chain.links[0], joint=odd, link=f"{odd}--")
+    last = replace(arm.chain.links[-1], joint="flange_joint")
+    chain = replace(arm.chain, links=(first, *arm.chain.links[1:-1], last))
+    root = tree_of(replace(arm.with_chain(chain), title="x --> y"))
+    joints = names(root, "joint")
+    assert (joints[0], names(root, "link")[1], joints[-2:]) == (odd, f"{odd}--", ["flange_joint", "flange_joint_"])
 
 
 @pytest.mark.parametrize(
@@ -98,17 +88,13 @@ def test_in_a_standard_table_the_row_before_places_a_joint(path, quantities):
     assert urdf_with_sources(lwr_dyn.load("lwr4plus")).attributes[path].quantities == quantities
 
 
-def test_every_drawn_shape_is_both_visual_and_collision():
-    arm = lwr_dyn.load("lwr4plus")
-    root = ElementTree.fromstring(urdf_text(arm))
-    for tag in ("visual", "collision"):
-        assert len(root.findall(f"link/{tag}")) == len(primitives(arm))
-
-
-def test_only_the_head_of_a_mounted_arm_speaks_of_its_mount():
-    mounted = lwr_dyn.load("lwr4plus", mount={"on": "ceiling"})
-    for arm, is_mounted in ((lwr_dyn.load("lwr4plus"), False), (mounted, True)):
-        assert any("the base is mounted" in line for line in header(arm)) == is_mounted
+def test_a_flange_of_its_own_is_a_quantity_beside_the_last_row():
+    arm, shift = lwr_dyn.load("lwr4plus"), Pose(np.eye(3), np.array([0.0, 0.0, 0.1]))
+    moved = replace(arm, chain=replace(arm.chain, flange=shift))
+    sourced = replace(arm, sources={**arm.sources, "flange": arm.sources["joint_7.dh"]})
+    path = "/robot/joint[@name='flange_joint']/origin/@xyz"
+    for one in (moved, sourced):
+        assert urdf_with_sources(one).attributes[path].quantities == ("joint_7.after", "flange")
 
 
 def test_a_mount_and_a_tool_are_links_of_names_that_are_free():
@@ -117,8 +103,8 @@ def test_a_mount_and_a_tool_are_links_of_names_that_are_free():
     joint = replace(arm.chain.links[0], joint="mount", link="world")
     named = replace(arm, chain=replace(arm.chain, links=(joint, *arm.chain.links[1:])))
     for one, world, mount in ((arm, "world", "mount"), (named, "world_", "mount_")):
-        root = ElementTree.fromstring(urdf_text(one))
-        links = [x.get("name") for x in root.findall("link")]
+        root = tree_of(one)
+        links = names(root, "link")
         assert (links[-2:], len(links)) == ([world, "tool"], one.n + 4)
         first, last = root.findall("joint")[-2:]
         ends = [(x.find("parent").get("link"), x.find("child").get("link")) for x in (first, last)]
@@ -127,8 +113,9 @@ def test_a_mount_and_a_tool_are_links_of_names_that_are_free():
         assert [float(x) for x in first.find("origin").get("xyz").split()] == [0.0, 0.0, 2.0]
         assert [float(x) for x in last.find("origin").get("xyz").split()] == [0.0, 0.0, 0.2]
         assert root.find("link[@name='tool']/inertial/mass").get("value") == "0.0"
+    assert ["the base is mounted" in "".join(header(x)) for x in (arm, lwr_dyn.load("lwr4plus"))] == [True, False]
     weighing = lwr_dyn.load("lwr4plus", tool={"mass": 1.0, "inertia": [1e-3] * 3})
-    assert "tool" not in [x.get("name") for x in ElementTree.fromstring(urdf_text(weighing)).findall("link")]
+    assert "tool" not in names(tree_of(weighing), "link")
 
 
 def test_links_without_a_mass_of_the_file_are_weightless_where_they_are_drawn(tmp_path):
@@ -144,7 +131,7 @@ def test_links_without_a_mass_of_the_file_are_weightless_where_they_are_drawn(tm
     )
     path = tmp_path / "r.urdf"
     path.write_text(text, encoding="utf-8")
-    root = ElementTree.fromstring(urdf_text(lwr_dyn.load(path)))
+    root = tree_of(lwr_dyn.load(path))
     weights = {x.get("name"): x.find("inertial/mass") for x in root.findall("link")}
     assert weights["ground"] is None
     assert [float(weights[name].get("value")) for name in ("drawn", "heavy", "arm")] == [0.0, 3.0, 3.0]
@@ -153,7 +140,7 @@ def test_links_without_a_mass_of_the_file_are_weightless_where_they_are_drawn(tm
 
 def test_joints_and_motors_are_written_with_their_axes_and_names():
     arm = lwr_dyn.load("lwr4plus")
-    root = ElementTree.fromstring(urdf_text(arm))
+    root = tree_of(arm)
     parents = ["base", *(link.link for link in arm.chain.links)]
     for link, parent, joint in zip(arm.chain.links, parents, root.findall("joint"), strict=False):
         assert (joint.get("name"), joint.get("type")) == (link.joint, "revolute")
@@ -161,14 +148,11 @@ def test_joints_and_motors_are_written_with_their_axes_and_names():
         assert joint.find("axis").get("xyz") == "0.0 0.0 1.0"
         drive = root.find(f"transmission[@name='{link.joint}_transmission']")
         assert drive.find("type").text == "transmission_interface/SimpleTransmission"
-        assert (drive.find("joint").get("name"), drive.find("actuator").get("name")) == (
-            link.joint,
-            f"{link.joint}_motor",
-        )
-    assert [x.get("name") for x in root.findall("material")] == ["orange", "grey", "dark"]
-    unwritten = lwr_dyn.load("lwr4")
-    assert {len(x.find("actuator")) for x in ElementTree.fromstring(urdf_text(unwritten)).findall("transmission")} == {
-        0
-    }
+        driven = (drive.find("joint").get("name"), drive.find("actuator").get("name"))
+        assert driven == (link.joint, f"{link.joint}_motor")
+    for tag in ("visual", "collision"):  # every drawn shape is both
+        assert len(root.findall(f"link/{tag}")) == len(primitives(arm))
+    assert names(root, "material") == ["orange", "grey", "dark"]
+    assert {len(x.find("actuator")) for x in tree_of(lwr_dyn.load("lwr4")).findall("transmission")} == {0}
     assert "<!--" in urdf_text(arm)[:80]
     assert urdf_text(arm).endswith("</robot>\n")

@@ -15,6 +15,7 @@ from lwr_dyn.arms.urdf.reader import read_urdf
 from lwr_dyn.arms.urdf.writer import carried_xml
 from lwr_dyn.model.spatial import Pose
 from tests.agreement.test_foreign_arms import ARMS, Foreign
+from tests.arms.urdf.small_files import written
 from tests.tolerances import EXACT, METRES
 
 FOREIGN = {name: ARMS[name] for name in ("panda", "xarm7", "ur5")} | {
@@ -65,13 +66,11 @@ def test_an_engine_reads_the_same_robot(pair):
         for model, d in zip((one, two), data, strict=True):
             pin.framesForwardKinematics(model, d, q)
         for link in links:
-            poses = [
-                d.oMf[m.getFrameId(link, pin.FrameType.BODY)].homogeneous for m, d in zip((one, two), data, strict=True)
-            ]
-            assert np.abs(poses[0] - poses[1]).max() <= METRES
+            a, b = (d.oMf[m.getFrameId(link, pin.FrameType.BODY)] for m, d in zip((one, two), data, strict=True))
+            assert np.abs(a.homogeneous - b.homogeneous).max() <= METRES
 
 
-def test_limits_masses_and_mesh_files_stay(pair):
+def test_limits_masses_and_mesh_files_stay_and_every_number_has_its_source_or_word(pair):
     foreign, path = pair
     one, two = (ElementTree.parse(x).getroot() for x in (foreign.path, path))
     assert meshes(one) == meshes(two)
@@ -79,11 +78,9 @@ def test_limits_masses_and_mesh_files_stay(pair):
     assert weights[0] == pytest.approx(weights[1], rel=EXACT)
     back = lwr_dyn.load(path, tip=foreign.tip)
     assert back.limits == foreign.load().limits
-    origins = {x.get("name"): [o.attrib for o in x.iterfind("visual/origin")] for x in one.findall("link")}
-    assert origins == {x.get("name"): [o.attrib for o in x.iterfind("visual/origin")] for x in two.findall("link")}
-
-
-def test_every_number_has_its_source_or_word(pair):
+    origins = [{x.get("name"): [o.attrib for o in x.iterfind("visual/origin")] for x in root.findall("link")}
+               for root in (one, two)]  # fmt: skip
+    assert origins[0] == origins[1]
     foreign, path = pair
     numbers = provenance_text(foreign.load()).count('"written"')
     assert numbers == sum(
@@ -117,18 +114,13 @@ FILE = f"""<robot name="two" xmlns:drake="https://drake.mit.edu/">
 
 @pytest.fixture
 def two(tmp_path):
-    path = tmp_path / "two.urdf"
-    path.write_text(FILE, encoding="utf-8")
-    return read_urdf(path)
+    return read_urdf(written(tmp_path, FILE, "two.urdf"))
 
 
-def test_what_is_carried_has_no_rotor():
+def test_names_axes_and_motors_stay_and_what_turns_without_end_is_no_stand_in(two, tmp_path):
     carried = carried_xml(ElementTree.fromstring(FILE))
     assert set(carried.transmissions) == {"j1", "j2"}
     assert "rotor" not in carried.transmissions["j1"]
-
-
-def test_names_axes_and_motors_stay(two):
     root = ElementTree.fromstring(lwr_dyn.urdf_text(two))
     assert {x.get("name") for x in root.findall("link")} == {"ground", "base", "flange", "arm", "tcp"}
     assert root.find("joint[@name='j1']").get("type") == "continuous"
@@ -138,18 +130,11 @@ def test_names_axes_and_motors_stay(two):
     assert root.find("transmission[@name='t1']/joint/hardwareInterface").text == "EffortJointInterface"
     assert root.find("transmission[@name='t1']/actuator/{https://drake.mit.edu/}gear_ratio").get("value") == "50.0"
     assert root.find("transmission[@name='t2']/actuator").get("name") == "m2"
-    assert root.find("link[@name='base']/visual/geometry/mesh").attrib == {
-        "filename": "package://two/a.dae",
-        "scale": "1 1 0.5",
-    }
-
-
-def test_what_turns_without_end_is_not_a_stand_in(two, tmp_path):
+    mesh = root.find("link[@name='base']/visual/geometry/mesh")
+    assert mesh.attrib == {"filename": "package://two/a.dae", "scale": "1 1 0.5"}
     text = lwr_dyn.urdf_text(two)
     assert "stand-ins: nothing" in text
-    path = tmp_path / "again.urdf"
-    path.write_text(text, encoding="utf-8")
-    back = read_urdf(path)
+    back = read_urdf(written(tmp_path, text, "again.urdf"))
     assert (back.limits[0].lower, back.limits[1].upper) == (None, 2 * np.pi)
     assert lwr_dyn.urdf_text(back).partition("-->")[2] == text.partition("-->")[2]
 
@@ -168,15 +153,13 @@ def test_drake_finds_the_motors_again(two, tmp_path):
     from lwr_dyn.checks.engines.loaders import DrakeFile
 
     bare = replace(two, layout=replace(two.layout, shapes=dict.fromkeys(two.layout.shapes, ())))
-    path = tmp_path / "bare.urdf"
-    path.write_text(lwr_dyn.urdf_text(bare), encoding="utf-8")
+    path = written(tmp_path, lwr_dyn.urdf_text(bare), "bare.urdf")
     assert len(DrakeFile(path, ArmInFile(two.joint_names, "tcp", tuple(two.chain.gravity)), {}).actuators) == 2
 
 
 @pytest.mark.parametrize("robot", studied())
 def test_our_own_file_keeps_its_motors_and_shapes(tmp_path, robot):
-    path = tmp_path / "own.urdf"
-    path.write_text(lwr_dyn.urdf_text(lwr_dyn.load(robot)), encoding="utf-8")
+    path = written(tmp_path, lwr_dyn.urdf_text(lwr_dyn.load(robot)))
     again = lwr_dyn.urdf_text(lwr_dyn.load(path))
     for tag in ("<transmission ", "<cylinder ", "<drake:rotor_inertia", "<link "):
         assert again.count(tag) == path.read_text(encoding="utf-8").count(tag)

@@ -7,10 +7,11 @@ import time
 import pytest
 import xacro
 
+from lwr_dyn.arms.urdf.xacro_bounds import _MACRO_ARGUMENT
 from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.foundation.errors import UrdfError
+from tests.arms.urdf.small_files import HEAD, xacro_file
 
-HEAD = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 MANY = "<a/>" * 20000
 HUNGRY = {
     "arguments that double": "<xacro:arg name='a0' default='aaaaaaaa'/>"
@@ -48,9 +49,7 @@ def place(tmp_path):
 
 
 def expanded(place, body, **options):
-    path = place / "x.urdf.xacro"
-    path.write_text(f"{HEAD}{body}</robot>", encoding="utf-8")
-    return expand_xacro(path, **options)
+    return expand_xacro(xacro_file(place, body), **options)
 
 
 @pytest.mark.parametrize("kind", HUNGRY)
@@ -68,18 +67,13 @@ def test_a_parameter_with_an_open_quote_is_no_puzzle(place, quotes):
     assert "<robot" in expanded(place, f'<xacro:macro name="m" params="a:={quoted}"><a/></xacro:macro>')
 
 
-def test_parameters_are_read_as_xacro_reads_them():
-    from lwr_dyn.arms.urdf.xacro_bounds import _MACRO_ARGUMENT
-
+def test_parameters_and_arguments_of_eval_are_read_as_xacro_reads_them(place):
     for text in (
         "a:=1 b", "a=1", "a:=^ b:=2", "a:=^|3 b", "a:='x y' b", 'a:="x y"', "a:=${1 + 2} b", "a:=$(arg x) b", "a b",
         "*origin a:=b", "a:= b:=2", "a:=x'y z'w b", "  a  :=  1\n  b:=2",
     ):  # fmt: skip
         ours, theirs = _MACRO_ARGUMENT.match(text), xacro.re_macro_arg.match(text)
         assert (ours and ours.groups()) == (theirs and theirs.groups()), text
-
-
-def test_eval_reads_arguments_as_numbers_and_knows_its_constants(place):
     body = '<xacro:arg name="n" default="3"/><xacro:arg name="side" default="left"/>'
     body += '<link name="$(eval n * 2 + 3)"/><link name="$(eval side == \'left\' and true and pi > n)"/>'
     assert expanded(place, body).count('name="9"') == 1

@@ -1,14 +1,15 @@
 """Who is trusted is said by the user alone, file by file: `trust_xacro`, `--trust-xacro`."""
 
-import numpy as np
+from pathlib import Path
+
 import pytest
 import xacro  # noqa: F401  its tests are skipped without it
 
 import lwr_dyn
 from lwr_dyn.arms.loading import arm_of
 from lwr_dyn.checks.urdf.lint import lint_file
-from lwr_dyn.foundation.errors import OptionError, UrdfError
-from lwr_dyn.model.run import Run
+from lwr_dyn.foundation.errors import UrdfError
+from tests.arms.urdf.small_files import saved_run
 
 NEEDS_PYTHON = """<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:property name="n" value="${[k for k in [3, 4]][1]}"/>
@@ -27,17 +28,11 @@ def file(tmp_path, monkeypatch):
     return "x.urdf.xacro"
 
 
-def test_load_runs_python_only_when_it_is_trusted(file):
+def test_load_and_lint_run_python_only_when_it_is_trusted(file):
     with pytest.raises(UrdfError, match=r"ListComp in an expression.*trust_xacro=True"):
         lwr_dyn.load(file)
     arm = lwr_dyn.load(file, trust_xacro=True)
-    assert arm.chain.bodies[0].mass == 4.0
-    assert arm.loaded_with["trust_xacro"] is True
-    with pytest.raises(OptionError, match=r"trust_xacro: given for lwr4plus; allowed: only with a \.xacro file"):
-        lwr_dyn.load("lwr4plus", trust_xacro=True)
-
-
-def test_lint_file_too(file):
+    assert (arm.chain.bodies[0].mass, arm.loaded_with["trust_xacro"]) == (4.0, True)
     assert [f.code for f in lint_file(file).findings] == ["xacro-refused"]
     assert "xacro-refused" not in [f.code for f in lint_file(file, trust_xacro=True).findings]
 
@@ -54,24 +49,21 @@ def test_commands_trust_a_file_that_is_named_so(file, words, lwr_dyn_command):
     assert code == 0, out + err
 
 
-def test_a_folder_is_never_trusted(file, tmp_path, lwr_dyn_command):
-    code, out, _ = lwr_dyn_command("lint", ".")
-    assert code == 1
-    assert "xacro refuses the file" in out
-    code, _, err = lwr_dyn_command("lint", ".", "--trust-xacro")
-    assert code == 2
-    assert "a folder is never trusted" in err
-    assert "would do nothing here" in lwr_dyn_command("lint", "wam7", "--trust-xacro")[2]
+def test_a_folder_is_never_trusted(file, lwr_dyn_command):
+    for words, code, said in (
+        (("lint", "."), 1, "xacro refuses the file"),
+        (("lint", ".", "--trust-xacro"), 2, "a folder is never trusted"),
+        (("lint", "wam7", "--trust-xacro"), 2, "would do nothing here"),
+    ):
+        found, out, err = lwr_dyn_command(*words)
+        assert found == code
+        assert said in out + err
 
 
 def test_a_run_does_not_say_what_to_trust(file):
     """A run file of a stranger may name a xacro beside it."""
     arm = lwr_dyn.load(file, trust_xacro=True)
-    run = lwr_dyn.simulate(
-        arm, lwr_dyn.controller("pd-gravity", arm), lwr_dyn.reference("hold", arm, q=np.zeros(1)), duration=0.01
-    )
-    run.save("run.npz")
-    kept = Run.load("run.npz")
+    kept = saved_run(Path("."), arm, [0.0])
     assert kept.meta["loaded_with"]["trust_xacro"] is True
     with pytest.raises(UrdfError, match="ListComp"):
         arm_of(kept)

@@ -35,19 +35,21 @@ def made(body, arguments="double x, double y"):
     return names["f"], written[written.index("def f(") :], inlined(text)
 
 
-def test_calls_are_gone_and_numbers_the_same():
+def test_calls_are_gone_with_the_same_numbers_of_arrays_and_in_each_turn_of_a_loop():
     f, written, text = made("return larger(x + 1.0, rest(y * y)) + larger(x, y);")
     assert "larger" not in written
     assert "rest" not in written
     assert f(0.5, 4.0) == max(1.5, 1.0) + 4.0
     assert [each.name for each in text.functions] == ["larger", "rest", "first", "f"]
     assert written.count("* y") == 1  # an argument is worked out once
-
-
-def test_arrays_are_given_by_their_names():
     f, written, _ = made("return first(v, 1) + first(v, 0);", "const double *v")
     assert "first" not in written
     assert f([1.0, 5.0, 2.0]) == 10.0
+    body = "double out = x;\nwhile (out < y) {\n out = larger(out + 1.0, rest(out));\n}\nreturn out;"
+    f, written, _ = made(body)
+    assert "larger" not in written
+    assert f(0.5, 3.0) == 3.5
+    assert math.isnan(made("return rest(x);")[0](math.nan, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -61,14 +63,6 @@ def test_arrays_are_given_by_their_names():
 def test_what_may_not_be_worked_out_is_not(body, wanted):
     """It would divide by zero."""
     assert made(body)[0](0.0, 2.0) == wanted
-
-
-def test_in_a_loop_it_is_worked_out_in_each_turn():
-    body = "double out = x;\nwhile (out < y) {\n out = larger(out + 1.0, rest(out));\n}\nreturn out;"
-    f, written, _ = made(body)
-    assert "larger" not in written
-    assert f(0.5, 3.0) == 3.5
-    assert math.isnan(made("return rest(x);")[0](math.nan, 0.0))
 
 
 def test_only_short_functions_are_put_in():

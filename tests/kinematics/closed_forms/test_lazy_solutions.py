@@ -31,15 +31,18 @@ def test_places_slices_and_iteration(result):
     for place in (len(ours), -len(ours) - 1):
         with pytest.raises(IndexError, match="solution"):
             ours[place]
+    assert np.array_equal(ours.q, [s.q for s in ours])
+    assert not ours.q.flags.writeable
 
 
-def test_rows_are_the_solutions(result):
-    assert np.array_equal(result.solutions.q, [s.q for s in result.solutions])
-    assert not result.solutions.q.flags.writeable
-    assert result.document.text
-
-
-def test_copies_are_the_same(result):
+def test_copies_share_nothing_with_the_first(result):
+    one = result.solutions[1]
+    for other in (copy.deepcopy(one), pickle.loads(pickle.dumps(one))):
+        assert other.record == one.record
     for other in (copy.deepcopy(result), pickle.loads(pickle.dumps(result))):
+        assert other.solutions[0].rows is other.outside[0].rows
+        assert [s.record for s in other.outside] == [s.record for s in result.outside]
         assert np.array_equal(other.solutions.q, result.solutions.q)
-        assert [s.branch for s in other.outside] == [s.branch for s in result.outside]
+        read = other.solutions[2]  # a solution that was read stays the same one when all are listed
+        assert tuple(other.solutions)[2] is read is other.solutions[2]
+        assert [s.record for s in other.solutions] == [s.record for s in result.solutions]

@@ -22,12 +22,17 @@ def made(text, **names):
     return names["f"]
 
 
-def test_a_short_loop_is_written_out_and_a_long_one_stays():
+def test_a_short_loop_is_written_out_with_a_number_set_once_and_a_long_one_stays():
     loop = "void f(double *a)\n{\n    for (int i = 0; i < COUNT; i++) {\n        a[2 * i + 1] = LIST[i];\n    }\n}\n"
     text = python_text(parsed(loop, {"COUNT": 3}))
     assert "a[5] = LIST_2" in text
     assert "for" not in text
     assert "for i in range(0, 999, 1):" in python_text(parsed(loop, {"COUNT": 999}))
+    loop = "for (int i = 1; i < 4; i++) {\n t = t * x + A[i];\n}"
+    text = f"double f(double x)\n{{\n double t = A[0];\n {loop}\n t = t + t;\n return t;\n}}\n"
+    written = python_text(parsed(text, {}))
+    assert written.count("t = ") == 2
+    assert made(text, A_0=1.0, A_1=2.0, A_2=3.0, A_3=4.0)(0.5) == 2.0 * (((1.0 * 0.5 + 2.0) * 0.5 + 3.0) * 0.5 + 4.0)
 
 
 @pytest.mark.parametrize("x", [-2.0, -0.5, -0.0, 0.5, 7.0, math.nan])
@@ -36,6 +41,10 @@ def test_floor_choice_and_not(x):
     wanted = math.nan if x != x else math.floor(x) if x <= 0.0 else -x if x > 1.0 else x
     assert math.isnan(f(x)) if x != x else f(x) == wanted
     assert x != 0.0 or math.copysign(1.0, f(x)) == -1.0
+    kept = made(
+        "double f(double from)\n{\n    const double is = from + 1.0;\n    return is;\n}\n"
+    )  # Python's own names
+    assert kept(2.0) == 3.0
 
 
 def test_known_zeros_and_ones_are_left_out():
@@ -48,28 +57,12 @@ def test_known_zeros_and_ones_are_left_out():
     assert "return -x" in python_text(parsed(choice, {}), {"A_0": 0.0})
 
 
-def test_a_number_that_is_set_again_and_again_is_set_once():
-    loop = "for (int i = 1; i < 4; i++) {\n t = t * x + A[i];\n}"
-    text = f"double f(double x)\n{{\n double t = A[0];\n {loop}\n t = t + t;\n return t;\n}}\n"
-    written = python_text(parsed(text, {}))
-    assert written.count("t = ") == 2
-    assert made(text, A_0=1.0, A_1=2.0, A_2=3.0, A_3=4.0)(0.5) == 2.0 * (((1.0 * 0.5 + 2.0) * 0.5 + 3.0) * 0.5 + 4.0)
-
-
-def test_names_that_python_keeps_for_itself():
-    assert made("double f(double from)\n{\n    const double is = from + 1.0;\n    return is;\n}\n")(2.0) == 3.0
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["kr30ha", "ur10"])
 def test_the_bits_of_c(name, tmp_path):
     arm = lwr_dyn.load(name)
-    library, form, rng = (
-        SharedLibrary(emitted_arm(arm, [NAME]), tmp_path),
-        six_joint_form(arm),
-        np.random.default_rng(8),
-    )
-    q = rng.uniform(-3.0, 3.0, (200, 6))
+    library, form = SharedLibrary(emitted_arm(arm, [NAME]), tmp_path), six_joint_form(arm)
+    q = np.random.default_rng(8).uniform(-3.0, 3.0, (200, 6))
     q[::7, 4], q[1::7, 2] = 0.0, 0.0
     T = np.ascontiguousarray(flange_pose(arm.chain, q))
     T[::10, :3, 3] *= 1.7

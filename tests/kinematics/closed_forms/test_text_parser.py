@@ -12,7 +12,7 @@ def body(text, **wholes):
     return function.body
 
 
-def test_signs_of_a_higher_level_come_first_and_the_others_from_the_left():
+def test_signs_of_a_higher_level_come_first_and_names_of_whole_numbers_are_those_numbers():
     (statement,) = body("return x - 1.0 - 2.0 * -x;")
     x, one = tree.CName("x"), tree.CNumber(1.0)
     assert statement.value.left == tree.CBinary("-", x, one)
@@ -21,28 +21,19 @@ def test_signs_of_a_higher_level_come_first_and_the_others_from_the_left():
     assert isinstance(statement.value, tree.CChoice)
     assert statement.value.test.sign == "||"
     assert statement.value.test.left.sign == "&&"
-
-
-def test_names_of_whole_numbers_are_those_numbers():
     (loop,) = body("for (int i = 2; i < 3 * MANY; i += 4) {\n    x += a[i];\n}", MANY=5)
     assert loop == tree.CFor("i", tree.CNumber(2), tree.CBinary("*", tree.CNumber(3), tree.CNumber(5)), 4, loop.body)
     assert loop.body == (tree.CSet("", tree.CName("x"), tree.CBinary("+", tree.CName("x"), loop.body[0].value.right)),)
-
-
-def test_steps_by_name_and_whole_numbers_of_doubles():
     (loop,) = body("for (int i = 0; i < 8; i += ROW) {\n n = n + (int)a[i];\n}", ROW=4)
     assert loop.step == 4
     assert loop.body[0].value.right == tree.CCall("int", (tree.CItem("a", tree.CName("i")),))
 
 
-def test_else_if_is_a_branch_in_a_branch():
+def test_else_if_is_a_branch_in_a_branch_and_arguments_and_constants_are_read():
     (first,) = body("if (x > 0.0) {\n n++;\n} else if (x < 0.0) {\n n--;\n} else {\n return x;\n}")
     (second,) = first.no
     assert isinstance(second, tree.CIf)
     assert len(second.no) == 1
-
-
-def test_arguments_and_constants():
     text = parsed("static const double A = 1e-3;\nint g(const double pose[16], double *q, int k)\n{\n}\n", {})
     assert text.constants == {"A": 1e-3}
     assert text.functions[0].arguments == (("double*", "pose"), ("double*", "q"), ("int", "k"))

@@ -6,6 +6,7 @@ KUKA, ABB, Staubli, Doosan, UFACTORY, Kinova, Unitree: lengths of the makers' dr
 
 import numpy as np
 
+import lwr_dyn
 from lwr_dyn.kinematics.inverse import inverse_kinematics, search
 from lwr_dyn.kinematics.solution import wrap
 from lwr_dyn.model.arm import Arm, JointLimits
@@ -48,11 +49,11 @@ PARALLEL = tuple(name for name, (alpha, _, _) in TABLES.items() if abs(alpha[2])
 WHOLE_TURN = 2.0 * np.pi
 
 
-def six_joint_arm(name, error=0.0, seed=0, reach=WHOLE_TURN):
+def six_joint_arm(name, error=0.0, seed=0, reach=WHOLE_TURN, table=None):
     """The arm of the table with limits of +-`reach` [rad]; each joint's frame is off by up to `error` [rad, m]."""
     rng = np.random.default_rng(seed)
     links = []
-    for i, (alpha, a, d) in enumerate(zip(*TABLES[name], strict=True)):
+    for i, (alpha, a, d) in enumerate(zip(*(table or TABLES[name]), strict=True)):
         off = Pose(from_rpy(rng.uniform(-error, error, 3)), rng.uniform(-error, error, 3))
         after = Pose(from_rpy((np.radians(alpha), 0.0, 0.0)), np.array([a, 0.0, d])) @ off
         links.append(ChainLink(f"joint_{i + 1}", f"link_{i + 1}", JointKind.REVOLUTE, Pose.identity(), after))
@@ -74,3 +75,14 @@ def against_search(arm, T, starts=300, seed=1, apart=1e-4):
     nearest = gaps.min(axis=0, initial=np.inf)
     shared = nearest < apart
     return len(found), int(shared.sum()), int((~shared).sum()), float(nearest[shared].max(initial=0.0))
+
+
+def assert_recovered(arm, result, q, clear_of, within, shown):
+    """Where clear of singularities, a share above `shown`, q is a branch to `within`; each branch gives its pose."""
+    gap = np.abs(wrap(result.q - q[:, None])).max(axis=2)
+    gap = np.where(np.isnan(gap), np.inf, gap)
+    clear = (result.clearance[np.arange(len(q)), gap.argmin(axis=1)] >= clear_of).all(axis=1)
+    assert clear.mean() > shown
+    assert gap.min(axis=1)[clear].max() < within
+    back, T = (lwr_dyn.forward_kinematics(arm, x) for x in (np.nan_to_num(result.q), q))
+    assert np.abs(back - T[:, None])[result.reachable].max() < 1e-9

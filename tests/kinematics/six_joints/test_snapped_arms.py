@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import MissingPackageError
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.six_joints.snapped_arms import snapped_arm, solve_snapped, three_parallel_closed_form
 from lwr_dyn.kinematics.six_joints.spherical_wrist import NEAR_SINGULAR, SixJointBranches
 from lwr_dyn.kinematics.solution import PoseProblem, joint_ranges, wrap
-from tests.kinematics.six_joints.six_joint_arms import PARALLEL, TABLES, against_search, six_joint_arm
+from tests.kinematics.six_joints.six_joint_arms import PARALLEL, TABLES, against_search, assert_recovered, six_joint_arm
 
 SOLVED = 1e-11
 """[m and dimensionless] The polish stops here."""
@@ -30,6 +30,9 @@ def test_each_arm_is_of_one_kind_exactly_or_snapped(name):
     assert 1e-5 < snapped_arm(calibrated, ball).off < 1e-3
     assert (snapped_arm(exact, ball).off > 0.0) == (name in ROUNDED)
     assert snapped_arm(exact, other) is None
+    for error in (0.02, 0.1):  # axes far from the kind
+        far = six_joint_arm(name, error).chain
+        assert snapped_arm(far, 3) is snapped_arm(far, 4) is None
 
 
 def test_constants_of_a_ur10e_are_those_of_its_table():
@@ -40,13 +43,6 @@ def test_constants_of_a_ur10e_are_those_of_its_table():
     assert abs(g.straight) < 1e-12
     calibrated = snapped_arm(six_joint_arm("ur10e", error=1e-4).chain, 4).geometry
     assert calibrated.lengths == pytest.approx(g.lengths, abs=1e-3)
-
-
-@pytest.mark.parametrize("error", [0.02, 0.1])
-def test_axes_far_from_the_kind_are_not_snapped(error):
-    for name in ("ur10e", "kr210"):
-        chain = six_joint_arm(name, error).chain
-        assert snapped_arm(chain, 3) is snapped_arm(chain, 4) is None
 
 
 @pytest.mark.parametrize(
@@ -88,25 +84,13 @@ def test_stretched_and_aligned_arms_with_calibrated_numbers_keep_their_branches(
     assert max(s.residual for s in result.solutions) < SOLVED
 
 
-def test_every_copy_whole_turns_apart_is_listed():
-    arm = six_joint_arm("ur10e")
-    result = lwr_dyn.inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, [0.1, -1.0, 1.2, 0.3, 0.4, 0.5]))
-    assert len(result.solutions) == 2**6 * len({s.branch for s in result.solutions})
-    assert len({tuple(s.q.round(9)) for s in result.solutions}) == len(result.solutions)
-    assert max(s.residual for s in result.solutions) < SOLVED
-    assert all(s.inside_limits for s in result.solutions)
-
-
-def test_a_pose_out_of_reach_is_proven_so_only_on_an_exact_arm():
+def test_a_pose_out_of_reach_is_proven_so_only_on_an_exact_arm_and_by_a_form_that_finds_nothing():
     far = np.eye(4)
     far[0, 3] = 3.0
     for error, proven in ((0.0, True), (1e-4, False)):
         result = lwr_dyn.inverse_kinematics(six_joint_arm("ur10e", error), far)
         assert (result.status, result.complete) == ("out of reach", proven)
         assert 1.5 < result.distance < 2.0
-
-
-def test_a_closed_form_that_finds_nothing_is_out_of_reach():
     arm = six_joint_arm("ur10e")
     nothing = SixJointBranches(np.full((1, 8, 6), np.nan), np.full((1, 8), 0.25), np.ones((1, 8, 3)))
     problem = PoseProblem(arm, np.eye(4))
@@ -149,22 +133,16 @@ def test_only_confirmed_solutions_are_kept_each_once_with_its_whole_turns(stand_
     result = inverse_kinematics(ARM, T, solver="eaik")
     assert (result.status, result.complete, len(result.solutions)) == ("solved", False, 2**6)
     assert all(np.abs(wrap(s.q - Q)).max() < 1e-12 for s in result.solutions)
-
-
-def test_a_list_without_a_confirmed_solution_is_not_a_solution(stand_in):
     stand_in.listed = (Q + 1e-3,)
     assert inverse_kinematics(ARM, T, solver="eaik").status == "out of reach"
 
 
-def test_arms_that_eaik_does_not_solve_are_refused(stand_in):
-    with pytest.raises(lwr_dyn.foundation.errors.OptionError, match="solver eaik: lwr4plus"):
+def test_arms_that_eaik_does_not_solve_are_refused_and_without_it_the_extra_is_named(stand_in, monkeypatch):
+    with pytest.raises(OptionError, match="solver eaik: lwr4plus"):
         inverse_kinematics(lwr_dyn.load("lwr4plus"), np.eye(4), solver="eaik")
     stand_in.decomposes = False
-    with pytest.raises(lwr_dyn.foundation.errors.OptionError, match="solver eaik: ur10e"):
+    with pytest.raises(OptionError, match="solver eaik: ur10e"):
         inverse_kinematics(ARM, T, solver="eaik")
-
-
-def test_without_eaik_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "eaik.IK_HP", None)
     with pytest.raises(MissingPackageError, match=r"pip install 'lwr_dyn\[eaik\]'"):
         inverse_kinematics(ARM, T, solver="eaik")
@@ -193,14 +171,7 @@ def test_q_is_among_the_branches_and_each_branch_gives_the_pose(name):
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (2000, 6))
     T = lwr_dyn.forward_kinematics(arm, q)
     result = three_parallel_closed_form(snapped_arm(arm.chain, 4).geometry, joint_ranges(arm), T)
-    gap = np.abs(wrap(result.q - q[:, None])).max(axis=2)
-    gap = np.where(np.isnan(gap), np.inf, gap)
-    nearest = gap.argmin(axis=1)
-    clear = (result.clearance[np.arange(len(q)), nearest] >= 1e-3).all(axis=1)
-    assert clear.mean() > 0.9
-    assert gap.min(axis=1)[clear].max() < FOUND
-    back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(result.q))
-    assert np.abs(back - T[:, None])[result.reachable].max() < POSE
+    assert_recovered(arm, result, q, 1e-3, FOUND, 0.9)
 
 
 @pytest.mark.slow
@@ -215,7 +186,7 @@ def test_an_aligned_wrist_is_named_and_gives_one_of_its_many_solutions(distance)
         assert max(s.residual for s in result.solutions) < POSE
 
 
-def test_stretched_and_folded_elbows_are_named_and_solved():
+def test_stretched_elbows_are_named_and_solved_and_every_copy_whole_turns_apart_is_listed():
     arm = six_joint_arm("ur10e")
     for q in np.random.default_rng(3).uniform(-np.pi, np.pi, (30, 6)):
         q[2] = 0.0
@@ -223,18 +194,25 @@ def test_stretched_and_folded_elbows_are_named_and_solved():
         assert "elbow" in result.singular
         assert max(s.residual for s in result.solutions) < POSE
         assert min(np.abs(wrap(s.q - q)).max() for s in result.solutions) < 1e-6
+    arm = six_joint_arm("ur10e")
+    result = lwr_dyn.inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, [0.1, -1.0, 1.2, 0.3, 0.4, 0.5]))
+    assert len(result.solutions) == 2**6 * len({s.branch for s in result.solutions})
+    assert len({tuple(s.q.round(9)) for s in result.solutions}) == len(result.solutions)
+    assert max(s.residual for s in result.solutions) < SOLVED
+    assert all(s.inside_limits for s in result.solutions)
 
 
 def test_out_of_reach_says_by_how_much():
+    """Above the arm by 4 m; and with W on axis 1, whose offset from the plane cannot be had."""
     arm = six_joint_arm("ur10e")
-    g = snapped_arm(arm.chain, 4).geometry
     T = lwr_dyn.forward_kinematics(arm, np.array([0.3, -0.7, 0.0, 0.4, 1.2, 0.1]))
-    wrist = T[:3, 3] + T[:3, :3] @ g.wrist_in_flange
-    T[2, 3] += 4.0 - wrist[2]
-    result = lwr_dyn.inverse_kinematics(arm, T)
-    assert (result.status, result.complete) == ("out of reach", True)
-    assert 4.0 - 0.1807 - 0.6127 - 0.57155 - 0.11985 <= result.distance < 4.0
-    T[:3, 3] -= wrist * [1, 1, 0] + [0, 0, 3.2]  # W on axis 1: its offset from the plane cannot be had
-    result = lwr_dyn.inverse_kinematics(arm, T)
-    assert result.status == "out of reach"
-    assert result.distance > NEAR_SINGULAR
+    wrist = T[:3, 3] + T[:3, :3] @ snapped_arm(arm.chain, 4).geometry.wrist_in_flange
+    for place, least, most in (
+        ([*wrist[:2], 4.0], 4.0 - 0.1807 - 0.6127 - 0.57155 - 0.11985, 4.0),
+        ([0.0, 0.0, 0.8], NEAR_SINGULAR, 1.0),
+    ):
+        far = T.copy()
+        far[:3, 3] += place - wrist
+        result = lwr_dyn.inverse_kinematics(arm, far)
+        assert (result.status, result.complete) == ("out of reach", True)
+        assert least < result.distance < most

@@ -10,6 +10,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.six_joints import spherical_wrist
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
+from tests.kinematics.six_joints.six_joint_arms import assert_recovered, six_joint_arm
 from tests.random_arms import random_arm
 
 FOUND = 1e-9
@@ -19,20 +20,16 @@ POSE = 1e-9
 ELBOW_STRAIGHT = np.arctan2(0.145, 0.82)
 
 
-@pytest.fixture(scope="module")
+KR30 = lwr_dyn.load("kr30ha")
+
+
+@pytest.fixture
 def kr30():
-    return lwr_dyn.load("kr30ha")
+    return KR30
 
 
 def random_q(arm, k, seed=0):
     return np.random.default_rng(seed).uniform(arm.lower, arm.upper, (k, arm.n))
-
-
-def distance_to(result, q):
-    """(k,) largest joint difference to the nearest branch, and which branch that is."""
-    gap = np.abs(wrap(result.q - q[:, None])).max(axis=2)
-    gap = np.where(np.isnan(gap), np.inf, gap)
-    return gap.min(axis=1), gap.argmin(axis=1)
 
 
 @pytest.mark.slow
@@ -40,14 +37,8 @@ def distance_to(result, q):
 def test_q_is_among_the_branches_and_each_branch_gives_the_pose(reading):
     arm = lwr_dyn.load("kr30ha", reading)
     q = random_q(arm, 100_000)
-    T = lwr_dyn.forward_kinematics(arm, q)
-    result = spherical_wrist.all_branches(arm, T)
-    gap, nearest = distance_to(result, q)
-    clear = (result.clearance[np.arange(len(q)), nearest] >= spherical_wrist.NEAR_SINGULAR).all(axis=1)
-    assert clear.sum() > 99_900
-    assert gap[clear].max() < FOUND
-    back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(result.q))
-    assert np.abs(back - T[:, None])[result.reachable].max() < POSE
+    result = spherical_wrist.all_branches(arm, lwr_dyn.forward_kinematics(arm, q))
+    assert_recovered(arm, result, q, spherical_wrist.NEAR_SINGULAR, FOUND, 0.999)
 
 
 def near(which, distance):
@@ -65,44 +56,29 @@ def near(which, distance):
 
 
 @pytest.mark.parametrize("which", ["shoulder", "elbow", "wrist"])
-@pytest.mark.parametrize("distance", [0.0, 1e-16, 1e-13, 1e-10, 1e-8, 3e-6])
+@pytest.mark.parametrize("distance", [0.0, 1e-16, 1e-13, 1e-10, 1e-8, 3e-6, 1e-4])
 def test_near_a_singularity_the_pose_comes_back_and_it_is_named(kr30, which, distance):
-    T = lwr_dyn.forward_kinematics(kr30, near(which, distance))
-    result = lwr_dyn.inverse_kinematics(kr30, T, limits=False)
-    assert result.status == "solved"
-    assert which in result.singular
-    for solution in result.solutions:
-        assert solution.residual < POSE
-
-
-@pytest.mark.parametrize("which", ["shoulder", "elbow", "wrist"])
-def test_at_ten_times_the_distance_it_is_not_named_and_q_comes_back(kr30, which):
-    q = near(which, 1e-4)
+    q = near(which, distance)
     result = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q), limits=False)
-    assert which not in result.singular
-    assert min(np.abs(wrap(s.q - q)).max() for s in result.solutions) < FOUND
+    assert result.status == "solved"
+    assert (which in result.singular) == (distance < 1e-4)
+    assert max(solution.residual for solution in result.solutions) < POSE
+    assert which in result.singular or min(np.abs(wrap(s.q - q)).max() for s in result.solutions) < FOUND
 
 
-def test_eight_branches_of_a_pose_differ_and_are_labelled(kr30):
+def test_eight_branches_of_a_pose_differ_and_every_whole_turn_of_them_is_listed_once(kr30):
     q = np.radians([20.0, -110.0, 110.0, 40.0, 50.0, -70.0])
     result = spherical_wrist.all_branches(kr30, lwr_dyn.forward_kinematics(kr30, q)[None])
     assert result.reachable.all()
     for i, j in product(range(8), repeat=2):
         assert i == j or np.abs(wrap(result.q[0, i] - result.q[0, j])).max() > 1e-3
     assert [b.label for b in BRANCHES][:2] == ["+++", "++-"]
-    assert BRANCHES[distance_to(result, q[None])[1][0]].shoulder == 1
-
-
-def test_every_whole_turn_inside_the_ranges_is_listed_and_none_twice(kr30):
+    assert BRANCHES[np.abs(wrap(result.q[0] - q)).max(axis=1).argmin()].shoulder == 1
     q = np.radians([178.0, -60.0, 100.0, 40.0, 50.0, -70.0])
     result = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q))
-    turns = [a + 360.0 * k for a in (178.0,) for k in (-1, 0) if abs(a + 360.0 * k) <= 185]
-    assert turns == [-182.0, 178.0]
-    wanted = {(a, b, c) for a in turns for b in (40.0, -320.0) for c in (-70.0, 290.0)}
-    there = [
-        tuple(np.degrees(s.q[[0, 3, 5]]).round(6)) for s in result.solutions if abs(np.degrees(s.q[4]) - 50.0) < 1e-6
-    ]
-    assert set(there) >= wanted
+    wanted = set(product((-182.0, 178.0), (40.0, -320.0), (-70.0, 290.0)))  # A1 turns to +-185 deg
+    there = [s.q for s in result.solutions if abs(np.degrees(s.q[4]) - 50.0) < 1e-6]
+    assert {tuple(np.degrees(q[[0, 3, 5]]).round(6)) for q in there} >= wanted
     assert len({tuple(s.q.round(9)) for s in result.solutions}) == len(result.solutions)
     for solution in result.solutions:
         assert ((solution.q >= kr30.lower - 1e-12) & (solution.q <= kr30.upper + 1e-12)).all()
@@ -128,72 +104,32 @@ def test_an_aligned_wrist_shares_its_turn_so_that_both_axes_stay_inside(kr30):
     narrow = replace(kr30, limits=(*kr30.limits[:5], replace(kr30.limits[5], lower=-0.5, upper=0.5)))
     q = np.radians([10.0, -90.0, 90.0, 100.0, 0.0, 20.0])
     result = lwr_dyn.inverse_kinematics(narrow, lwr_dyn.forward_kinematics(narrow, q))
-    aligned = [s for s in result.solutions if "wrist" in s.singular]
+    aligned = [s.inside_limits and s.residual < POSE for s in result.solutions if "wrist" in s.singular]
     assert aligned
-    assert all(s.inside_limits and s.residual < POSE for s in aligned)
+    assert all(aligned)
 
 
-OWN = """schema = 1
-name = "own"
-title = "own arm"
-[document]
-title = "none"
-[joints]
-kinds = ["revolute", "revolute", "revolute", "revolute", "revolute", "revolute"]
-[dh]
-convention = "standard"
-alpha = {{ values = {0}, unit = "deg", where = "made up", kind = "assumed" }}
-a = {{ values = {1}, unit = "m", where = "made up", kind = "assumed" }}
-d = {{ values = {2}, unit = "m", where = "made up", kind = "assumed" }}
-[limits]
-lower = {{ values = [-170, -170, -170, -170, -170, -170], unit = "deg", where = "made up", kind = "assumed" }}
-upper = {{ values = [170, 170, 170, 170, 170, 170], unit = "deg", where = "made up", kind = "assumed" }}
-"""
 SHAPES = {
-    "beside the plane, axis 3 reversed": (
-        [90, 180, 90, -90, 90, 0],
-        [0.2, 0.6, 0.1, 0, 0, 0],
-        [0.5, 0.12, 0, 0.5, 0, 0.1],
-    ),
+    "beside the plane, axis 3 reversed":
+        ([90, 180, 90, -90, 90, 0], [0.2, 0.6, 0.1, 0, 0, 0], [0.5, 0.12, 0, 0.5, 0, 0.1]),
     "no shoulder offset, elbow in line": ([-90, 0, 90, -90, 90, 0], [0, 0.4, 0, 0, 0, 0], [0.4, 0, 0, 0.45, 0, 0.08]),
-    "axis 1 down, flange tilted": (
-        [90, 0, -90, 90, -90, 40],
-        [0.1, 0.5, -0.2, 0, 0, 0.1],
-        [-0.3, 0.05, -0.1, 0.4, 0, 0.2],
-    ),
-}
+    "axis 1 down, flange tilted":
+        ([90, 0, -90, 90, -90, 40], [0.1, 0.5, -0.2, 0, 0, 0.1], [-0.3, 0.05, -0.1, 0.4, 0, 0.2]),
+}  # fmt: skip
 """alpha [deg], a [m], d [m]."""
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_other_arms_of_the_kind_are_solved_too(tmp_path, name):
-    path = tmp_path / "own.toml"
-    path.write_text(OWN.format(*SHAPES[name]), encoding="utf-8")
-    arm = lwr_dyn.load(path)
+def test_other_arms_of_the_kind_are_solved_too(name):
+    arm = six_joint_arm(name, reach=np.radians(170), table=SHAPES[name])
     assert spherical_wrist.wrist_arm_geometry(arm.chain) is not None
     q = random_q(arm, 2000)
     T = lwr_dyn.forward_kinematics(arm, q)
     result = spherical_wrist.closed_form(spherical_wrist.require_wrist_arm(arm), joint_ranges(arm), T)
-    gap, nearest = distance_to(result, q)
-    clear = (result.clearance[np.arange(len(q)), nearest] >= 1e-3).all(axis=1)
-    assert clear.mean() > 0.9
-    assert gap[clear].max() < FOUND
-    back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(result.q))
-    assert np.abs(back - T[:, None])[result.reachable].max() < POSE
+    assert_recovered(arm, result, q, 1e-3, FOUND, 0.9)
 
 
-KR30 = lwr_dyn.load("kr30ha")
-
-
-def test_constants_of_the_kr30_are_those_of_its_table():
-    g = spherical_wrist.wrist_arm_geometry(KR30.chain)
-    assert g.lengths == pytest.approx((0.85, np.hypot(0.145, 0.82)), rel=1e-14)
-    assert (abs(g.lateral), np.hypot(*g.lever)) == pytest.approx((0.0, 0.0), abs=1e-14)
-    assert abs(g.straight) == pytest.approx(np.arctan2(0.145, 0.82))
-    assert spherical_wrist.planar_arm(spherical_wrist.six_axes(KR30.chain), ball_starts=4) is None
-
-
-def test_arms_without_a_spherical_wrist_are_refused_by_name():
+def test_constants_are_those_of_the_table_and_arms_without_a_spherical_wrist_are_refused():
     with pytest.raises(OptionError, match="lwr4plus"):
         spherical_wrist.require_wrist_arm(lwr_dyn.load("lwr4plus"))
     assert spherical_wrist.six_axes(random_arm(1, "RRPRRR").chain) is None
@@ -202,3 +138,8 @@ def test_arms_without_a_spherical_wrist_are_refused_by_name():
     assert spherical_wrist.wrist_arm_geometry(other.chain) is None
     with pytest.raises(OptionError, match="only for an S-R-S arm"):
         lwr_dyn.inverse_kinematics(KR30, np.eye(4), arm_angle=0.1)
+    g = spherical_wrist.wrist_arm_geometry(KR30.chain)
+    assert g.lengths == pytest.approx((0.85, np.hypot(0.145, 0.82)), rel=1e-14)
+    assert (abs(g.lateral), np.hypot(*g.lever)) == pytest.approx((0.0, 0.0), abs=1e-14)
+    assert abs(g.straight) == pytest.approx(np.arctan2(0.145, 0.82))
+    assert spherical_wrist.planar_arm(spherical_wrist.six_axes(KR30.chain), ball_starts=4) is None
