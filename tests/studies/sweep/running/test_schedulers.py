@@ -5,8 +5,10 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter, deque
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -41,6 +43,34 @@ def test_a_process_that_dies_costs_its_own_chunk_only(tmp_path):
         assert done[chunk] == bytes(range(chunk.first, chunk.stop))
     assert done[CHUNKS[1]] == schedulers.ChunkFault(f"its process died {schedulers.TRIES} times (killed by SIGKILL)")
     assert done[CHUNKS[3]] == schedulers.ChunkFault("run 13: no")
+
+
+def test_a_process_without_its_first_one_ends(monkeypatch):
+    parents, slept = iter([5, 5, 1, 5]), []
+
+    def ended(code):
+        raise SystemExit(code)
+
+    monkeypatch.setattr(schedulers, "os", SimpleNamespace(getppid=lambda: next(parents), _exit=ended))
+    monkeypatch.setattr(schedulers, "time", SimpleNamespace(sleep=slept.append))
+    with pytest.raises(SystemExit, match="1"):
+        schedulers._end_with(5)
+    assert slept == [0.2, 0.2]
+
+
+def test_a_chunk_that_kills_its_process_goes_to_the_end_and_is_given_up_the_third_time():
+    def worker(ready=True, chunk=CHUNKS[1]):
+        process = SimpleNamespace(join=lambda *_: None, kill=lambda: None, exitcode=-9)
+        return schedulers._Worker(process, SimpleNamespace(close=lambda: None), chunk, ready)
+
+    deaths, left = Counter(), deque([CHUNKS[2]])
+    assert list(schedulers._died(worker(), deaths, left)) == list(schedulers._died(worker(), deaths, left)) == []
+    assert list(left) == [CHUNKS[2], CHUNKS[1], CHUNKS[1]]
+    why = schedulers.ChunkFault("its process died 3 times (killed by SIGKILL)")
+    assert list(schedulers._died(worker(), deaths, left)) == [(CHUNKS[1], why)]
+    for begun in (worker(ready=False), worker(chunk=None)):
+        with pytest.raises(schedulers.WorkerStartError, match=r"before its first one \(killed by SIGKILL\)"):
+            list(schedulers._died(begun, deaths, left))
 
 
 def test_processes_that_cannot_begin_end_the_sweep():
