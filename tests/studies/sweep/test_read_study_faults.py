@@ -77,6 +77,29 @@ FAULTS = [
         parameter("payload.mass", "low = 0\nhigh = 1\ncount = 0"),
         "parameter[0].count: 0; allowed: a whole number from 2 to",
     ),
+    (
+        parameter("payload.mass", "low = 0\nhigh = 1\ncount = 1"),
+        "parameter[0].count: 1; allowed: a whole",
+    ),
+    (
+        parameter("payload.mass", "low = 0\nhigh = 1\ncount = 100001"),
+        "100001; allowed: a whole number from 2 to 100000",
+    ),
+    (
+        parameter("loop.delay", "low = 0\nhigh = 1\ncount = 3"),
+        "parameter[0].count: 3, a level at 0.5; allowed: a",
+    ),
+    (parameter("arm.com", "mean = 0\ndeviation = 1\nlow = 2\nhigh = 2"), "an empty range, low = 2 and high = 2"),
+    (parameter("arm.com", "mean = 0\ndeviation = 1\nlow = 8.1"), "parameter[0].mean: 0; allowed: a mean within 8 dev"),
+    (
+        parameter("arm.com", "mean = 0\ndeviation = 1\nhigh = -8.1"),
+        "parameter[0].mean: 0; allowed: a mean within 8 dev",
+    ),
+    (parameter("payload.known", "mean = 0.5\ndeviation = 1\nlow = 0"), "parameter[0].high: missing, and a normal"),
+    (
+        parameter("arm.com.3", "value = 0") + '[[parameter]]\npath = "arm.com.all.x"\nvalue = 0\n',
+        "arm.com.all.x beside arm.com.3",
+    ),
     (parameter("loop.delay", "low = 0\nhigh = 4"), "uniform; allowed: choice or levels: a whole number"),
     (parameter("loop.delay", "values = [0.5, 1]"), "values[0]: 0.5; allowed: a whole number from 0 to 8"),
     (parameter("loop.delay", "values = [0, 9]"), "values[1]: 9; allowed: a whole number from 0 to 8"),
