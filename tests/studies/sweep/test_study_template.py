@@ -12,6 +12,7 @@ from lwr_dyn.design.defaults import law_stability
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.model.arm import JointLimits, arm_with_payload
 from lwr_dyn.model.friction import symmetric
+from lwr_dyn.studies.sweep import study_template as template
 from lwr_dyn.studies.sweep.read_study import study_of_text
 from lwr_dyn.studies.sweep.study_template import DELAYS, study_template
 from lwr_dyn.studies.sweep.sweep_study import references_of_study
@@ -82,13 +83,15 @@ def test_the_steps_of_friction_are_those_that_its_fastest_rate_needs(effort, own
         return int(2 ** np.ceil(np.log2(max(1.5 * rates.max() / 1000.0 / 2.7, 1.0))))
 
     need, given = steps(0.02 * effort), steps(own)
-    text = study_template("x.toml", "x", str(URDF), arm)
     what = "2 % of the torque limits" if need > 64 else "the arm's own friction"
-    stands = max(need, given) <= 64
-    why = f"# no friction.coulomb: {what} would need {max(need, given)} RK4 steps a sample, without rotor inertia"
-    assert (why in text, 'path = "friction.coulomb"' in text) == (not stands, stands)
-    assert ('friction = "none"' in text) == (given > 64)
-    assert f"substeps = {max(need, given) if stands else 1} " in text
+    why = f"{what} would need {max(need, given)} RK4 steps a sample, without rotor inertia"
+    found = template._friction(arm, dynamics, move)
+    if max(need, given) <= 64:
+        assert found == template._StudyFriction(max(need, given), True, True)
+        assert template._steps_lines(found) == f"substeps = {max(need, given):<16d}"
+    else:
+        assert found == template._StudyFriction(1 if given > 64 else given, given <= 64, False, why)
+        assert template._steps_lines(found).startswith('friction = "none"') == (given > 64)
 
 
 def test_the_template_says_how_the_arm_moves_and_what_is_asked():
