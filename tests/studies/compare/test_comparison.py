@@ -65,7 +65,7 @@ def test_a_torque_of_rounding_errors_is_no_share_of_a_limit():
 
 def test_record_columns_and_table_have_the_numbers(study, arm):
     compared, runs = study
-    records, columns, rows = compared.record()["runs"], compared.to_columns(), compared.table.cells
+    records, columns, rows = compared.record()["runs"], compared.to_columns(), compared.table.shown().cells
     assert compared.title == compared.record()["title"] == "lwr4plus, move, 0.3 s"
     for k, (one, run, record) in enumerate(zip(compared.runs, runs, records, strict=True)):
         torque = np.abs(run.tau_applied)
