@@ -173,6 +173,10 @@ def test_the_page_has_its_cards_and_says_first_what_was_found(summary):
     row = "<td>payload.mass</td><td>payload.mass</td><td>uniform from 0 to 7</td><td>kg</td><td>0</td><td>assumed</td>"
     assert row in re.sub(r"<t[dh][^>]*>", "<td>", cards(text)["What was varied"].replace("</th>", "</td>"))
     assert (charts.MOST_LINES, text.count("data-replay="), text.count("<script")) == (150, 0, 0)
+    made = replace(study(8 * 64, "saltelli"), limits={})
+    sobol = cards(report_page.report_html(summarise(made, {FIRST: runs_of(made)[FIRST]})))
+    assert list(sobol)[2:5] == ["What each parameter does", "Sobol indices", "Runs over all parameters"]
+    assert "Shares of the variance of error of the tip, largest: filled alone" in sobol["Sobol indices"]
 
 
 def test_what_was_not_looked_at_is_said_controller_by_controller(summary):

@@ -6,8 +6,11 @@ import subprocess
 import sys
 import time
 from collections import Counter, deque
+from contextlib import suppress
 from functools import partial
+from multiprocessing import Pipe
 from pathlib import Path
+from threading import Thread
 from types import SimpleNamespace
 
 import pytest
@@ -73,6 +76,61 @@ def test_a_chunk_that_kills_its_process_goes_to_the_end_and_is_given_up_the_thir
             list(schedulers._died(begun, deaths, left))
 
 
+@pytest.fixture
+def served(monkeypatch):
+    """Threads in place of processes: one that raises SystemExit is a process that ends with exit code 3."""
+    begun = []
+
+    def started(work):
+        here, there = Pipe()
+
+        def serve():
+            with suppress(SystemExit):
+                schedulers._serve(there, work)
+            there.close()
+
+        begun.append(Thread(target=serve, daemon=True))
+        begun[-1].start()
+        process = SimpleNamespace(join=lambda *_: None, kill=lambda: None, exitcode=3)
+        return schedulers._Worker(process, here)
+
+    monkeypatch.setattr(schedulers, "_started", started)
+    monkeypatch.setattr(schedulers.signal, "signal", lambda *_: None)  # of the first thread alone
+    monkeypatch.setattr(schedulers, "_end_with", lambda first: None)
+    return begun
+
+
+def test_workers_take_chunks_one_by_one_and_are_replaced_when_they_die(served):
+    def made(chunk):
+        if chunk.number == 1:
+            raise SystemExit
+        return work(None, chunk) if chunk.number == 3 else bytes(range(chunk.first, chunk.stop))
+
+    done = list(schedulers.in_processes(CHUNKS, made, 2))
+    assert sorted(chunk for chunk, _ in done) == CHUNKS
+    found = dict(done)
+    assert found.pop(CHUNKS[1]) == schedulers.ChunkFault("its process died 3 times (exit code 3)")
+    assert found.pop(CHUNKS[3]) == schedulers.ChunkFault("run 13: no")
+    assert found == {chunk: bytes(range(chunk.first, chunk.stop)) for chunk in (CHUNKS[k] for k in (0, 2, 4, 5))}
+    assert 3 <= len(served) <= 5  # two, and one more where a death leaves more chunks than idle workers
+    for thread in served:
+        thread.join(10)
+        assert not thread.is_alive()
+    with pytest.raises(RuntimeError, match="ZeroDivisionError: "):
+        list(schedulers.in_processes(CHUNKS, lambda chunk: 1 // 0, 1))
+    assert list(schedulers.in_processes([], made, 2)) == []
+
+
+def test_workers_that_die_before_they_begin_end_the_sweep(served, monkeypatch):
+    def ended(pipe, work):
+        raise SystemExit
+
+    monkeypatch.setattr(schedulers, "_serve", ended)
+    with pytest.raises(schedulers.WorkerStartError, match=r"before its first one \(exit code 3\); allowed: a smaller"):
+        list(schedulers.in_processes(CHUNKS, work, 1))
+
+
+@pytest.mark.slow
 def test_processes_that_cannot_begin_end_the_sweep():
     with pytest.raises(schedulers.WorkerStartError, match="exit code 3"):
         list(schedulers.in_processes(CHUNKS, Unreadable(), 1))
