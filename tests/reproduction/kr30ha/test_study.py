@@ -57,16 +57,9 @@ def test_the_report_loses_nothing_and_is_as_short_as_its_message(outcome, browse
 def test_the_text_carries_points_matrices_envelope_equations_and_movement(outcome):
     text = outcome[0].document.text()
     for promise in (
-        "check kr30ha, reading kuka",
-        "erratum theta1-p2",
-        "544.9",
-        "alpha = -90 deg, theta = q1",
-        "2032.72",
-        "B_22 = I2zz + m2*(a2 + c2x)^2",
-        "entries not 0",
-        "product-term",
-        "largest |tau|",
-    ):
+        "check kr30ha, reading kuka", "erratum theta1-p2", "544.9", "alpha = -90 deg, theta = q1", "2032.72",
+        "B_22 = I2zz + m2*(a2 + c2x)^2", "entries not 0", "product-term", "largest |tau|",
+    ):  # fmt: skip
         assert promise in text
 
 
