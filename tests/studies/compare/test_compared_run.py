@@ -43,6 +43,8 @@ def test_thinned_keeps_both_ends(run):
     np.testing.assert_array_equal(few.q_ref, run.q_ref[::10])
     assert few.work["actuator"].shape == (31,)
     assert thinned(few, 100.0) is few
+    assert [thinned(run, rate).t.size for rate in (800.0, 500.0, 300.0)] == [301, 151, 101]
+    np.testing.assert_array_equal(thinned(run, 300.0).q, run.q[::3])
 
 
 @pytest.mark.parametrize("start", [-1.0, 0.3, 5.0, float("nan")])
