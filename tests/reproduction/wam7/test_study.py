@@ -118,7 +118,7 @@ def test_cruises_in_words_and_tables():
         "Findings: the friction takes more damping than kd gives, a limit cycle",
         f"J4 negative, {GRAVITIES[0]}: {cycle}",
     ]
-    assert study.cruise_table(three).cells[:2] == [
+    assert list(study.cruise_table(three).cells[:2]) == [
         ("J3 +", GRAVITIES[0], "1", "2.0000", f"{mean}", miss, "1.9000 to 2.1000", said)
         for mean, miss, said in (("2.0080", "+0.40%", "agrees"), ("2.0120", "+0.60%", "DIFFERS"))
     ]

@@ -1,7 +1,9 @@
 """The report of a study: its numbers, its charts at the right places, names escaped, no request, axe on all screens."""
 
+import json
 import re
 from dataclasses import replace
+from html import unescape
 from types import SimpleNamespace
 
 import numpy as np
@@ -218,6 +220,11 @@ def test_a_finished_sweep_has_its_page_and_its_worst_runs_alone(arm, tmp_path, m
     assert searched == [False, True, True]
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert page.count('data-replay="') == 2
+    for part in ('<div id="replay-place" hidden></div>', "A replay is the run again by simulate;", 'id="replays"'):
+        assert page.count(part) == 1
+    assert "frame-src 'self'; base-uri 'none'" in unescape(page)
+    labels = json.loads(re.search(r'id="replays">(.*?)</script>', page)[1])["labels"]
+    assert labels == [f"{name}, run {number[name]}" for name in (FIRST, "adaptive")]
     results.controllers = {}
     assert report_page.finish(made, results) is None
 

@@ -107,7 +107,9 @@ def test_the_cost_of_a_sweep_is_that_of_its_controllers():
     assert both.seconds == pytest.approx(35.502 / 4)
     assert both.words == "about 9 s on 4 workers (36 s of processor time), 2.5 GB of memory, 801 MB of files"
     assert replace(both, workers=1).words.startswith("about 36 s on 1 worker (")
-    record = Document("", "", [both.section()]).record()["cost"]
+    document = Document("", "", [both.section()])
+    assert "controller" not in document.text()
+    record = document.record()["cost"]
     assert record["disk_bytes"] == pytest.approx(1001 * 8e5 + 9000.0)
     first, second = record.pop("controllers")
     assert record == {"runs": 1011, "processor_s": both.processor, "seconds": both.seconds, "workers": 4,
