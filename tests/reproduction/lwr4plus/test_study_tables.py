@@ -8,7 +8,8 @@ import pytest
 
 from lwr_dyn.model.chain import with_bodies
 from lwr_dyn.model.printed_number import agrees
-from lwr_dyn.reproduction.lwr4plus import worst_cases
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs
+from lwr_dyn.reproduction.lwr4plus import study, worst_cases
 from lwr_dyn.reproduction.lwr4plus.study import PLANTS, ControllerRun, ranking, ranking_table
 from lwr_dyn.reproduction.lwr4plus.worst_cases import arms, at_printed
 from lwr_dyn.reproduction.papers import printed_tables
@@ -102,3 +103,22 @@ def test_controllers_are_ranked_by_their_error_on_each_plant():
     assert [row[:2] for row in table.rows] == [(plant, place) for plant in PLANTS for place in (1, 2, 3)]
     assert table.cells[0] == ("as modelled", "1", "PD", "2", "4", "50%", "70%", "kept", "1.0e-09")
     assert (runs[4].name, runs[4].file) == ("PD, 10 % heavier", "pd_10_percent_heavier.npz")
+
+
+def test_figures_are_those_of_the_paper(arm, two_runs):
+    shown = replayed_runs([*two_runs, two_runs[0]], arm, ["pd", "id", "as Table VIII"])
+    found = study._figures(shown)
+    numbers = {"figure_04_path": "4", "figure_07_path_pd": "7", "figure_10_path_inverse_dynamics": "10",
+               "figure_06_position_error_pd": "6", "figure_09_position_error_inverse_dynamics": "9a",
+               "figure_09_velocity_error_inverse_dynamics": "9b"}  # fmt: skip
+    for file, number in numbers.items():
+        assert (found[file].id, found[file].where) == (f"figure-{number}", f"Fig. {number.rstrip('ab')}")
+    assert [found[file].id for file in ("position_error", "velocity_error")] == ["", ""]
+    runs = {file: sorted({x.run for curve in one.curves for x in curve.series if not x.is_reference})
+            for file, one in found.items()}  # fmt: skip
+    assert runs == {
+        "figure_04_path": [0, 1], "figure_07_path_pd": [0], "figure_10_path_inverse_dynamics": [1, 2],
+        "tip_error": [0, 1, 2], "torque": [0, 1], "figure_06_position_error_pd": [0],
+        "figure_09_position_error_inverse_dynamics": [1, 2], "figure_09_velocity_error_inverse_dynamics": [1, 2],
+        "position_error": [0, 1], "velocity_error": [0, 1],
+    }  # fmt: skip

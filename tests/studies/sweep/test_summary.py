@@ -13,8 +13,7 @@ from lwr_dyn.foundation.document import Document
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.studies.sweep import summary_document
-from lwr_dyn.studies.sweep.charts import indices_html
-from lwr_dyn.studies.sweep.intervals import IntervalEstimate, percent, share_of
+from lwr_dyn.studies.sweep.intervals import percent, share_of
 from lwr_dyn.studies.sweep.report_page import report_html
 from lwr_dyn.studies.sweep.summary import ControllerRuns, sample_rows, spans, summarise
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy
@@ -215,20 +214,6 @@ def test_a_saltelli_design_has_indices_and_its_quantiles_rest_on_two_rows_of_eac
     assert list(found.total) == [each.path for each in made.varied]
     assert max(found.total, key=lambda path: found.total[path].value) == "payload.mass"
     assert "rows A and B" in summary_text(summarise(made, runs_of(made)))
-
-
-def test_a_share_just_below_zero_is_zero():
-    made = study(8 * 64, "saltelli")
-    whole = summarise(made, {CONTROLLERS[0]: runs_of(without_divergence(made))[CONTROLLERS[0]]})
-    near = IntervalEstimate(-1e-3, -2e-3, -1e-4)
-    words = whole.focus[0].name
-    figures = whole.controllers[CONTROLLERS[0]]
-    found = replace(figures.metrics[words].indices, first={"payload.mass": near}, total={"payload.mass": near})
-    metric = replace(figures.metrics[words], indices=found)
-    part = replace(whole, controllers={CONTROLLERS[0]: replace(figures, metrics={words: metric})})
-    for text in (summary_document.index_table(part).text(), indices_html(found)):
-        assert "0.00 [0.00 to 0.00]" in text
-        assert "-0.00" not in text
 
 
 @pytest.mark.slow
