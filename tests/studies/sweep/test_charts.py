@@ -45,6 +45,7 @@ def test_an_axis_has_nearly_all_runs_and_the_limit_if_it_is_near(bound, ends):
             (samples, axis_of(np.array(ends), 8, 0.02))
             for samples, ends in {
                 ((1, 20),): (1.019, 19.981), ((-1, 30),): (-0.969, 29.969), ((np.inf,),): (0.0, 1.0),
+                ((2, 2), (2,)): (1.8, 2.2),
                 ((3, 4, np.inf), (1, 2)): (1.001, 3.999),
             }.items()
         ),

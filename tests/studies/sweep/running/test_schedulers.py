@@ -76,6 +76,27 @@ def test_a_chunk_that_kills_its_process_goes_to_the_end_and_is_given_up_the_thir
             list(schedulers._died(begun, deaths, left))
 
 
+def test_a_process_is_spawned_with_its_work_and_one_end_of_a_pipe(monkeypatch):
+    made = []
+
+    class Process:
+        def __init__(self, **given):
+            made.append(given)
+
+        def start(self):
+            made.append("started")
+
+    def context(kind):
+        made.append(kind)
+        return SimpleNamespace(Pipe=Pipe, Process=Process)
+
+    monkeypatch.setattr(schedulers, "get_context", context)
+    worker = schedulers._started(work)
+    there, sent = made[1].pop("args")
+    assert made == ["spawn", {"target": schedulers._serve, "daemon": True}, "started"]
+    assert (sent, there.closed, worker.pipe.closed, worker.chunk, worker.ready) == (work, True, False, None, False)
+
+
 @pytest.fixture
 def served(monkeypatch):
     """Threads in place of processes: one that raises SystemExit is a process that ends with exit code 3."""
