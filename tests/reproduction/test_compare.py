@@ -6,9 +6,21 @@ import tomllib
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError, PaperError
-from lwr_dyn.reproduction.compare import AFTER, ASSUMED, DIFFERS, REPRODUCED, compare_numbers, same, value_of
+from lwr_dyn.reproduction.case import COMPUTED, REPEATED, STRUCTURAL, ComparedExpression
+from lwr_dyn.reproduction.compare import (
+    AFTER,
+    ASSUMED,
+    DIFFERS,
+    REPRODUCED,
+    ComparedNumber,
+    agree,
+    compare_numbers,
+    compared,
+    same,
+    value_of,
+)
 from lwr_dyn.reproduction.paper_study import paper_study
-from lwr_dyn.reproduction.papers import read_results, results_of_tables, studies
+from lwr_dyn.reproduction.papers import PrintedCell, ResultBlock, read_results, results_of_tables, studies
 from tests.reproduction.mutants import by_cell, usual_judgement
 
 
@@ -79,22 +91,72 @@ def test_a_changed_cell_turns_what_depends_on_it_and_nothing_else(found):
     assert by_cell(changed_numbers("lwr4plus", tables=tables)) == same
 
 
-@pytest.mark.slow
-def test_a_difference_is_given_in_units_and_last_digits(found):
-    raw = copy.deepcopy(dict(paper_study("lwr4plus").data.results.raw))
-    raw["figure_1"]["cells"]["mass"] = ["14.4465"]
-    one = of(changed_numbers("lwr4plus", results=raw), "results.figure_1.mass[0]")
-    assert one.verdict == DIFFERS
-    assert one.miss == pytest.approx(-0.0003)
-    assert one.digits == pytest.approx(-3.0)
-    assert one.to_json()["last_digits"] == one.digits
-
-
 def test_no_verdict_is_written_in_the_data():
     for paper in studies():
         for block in paper_study(paper).data.results.blocks.values():
             assert block.compute in paper_study(paper).formulas
             assert paper_study(paper).formulas[block.compute].formula
+
+
+def number(printed="2.5", value=2.53, verdict=ASSUMED, span=None, step="", row=("1.0", "3.0"), **more):
+    """One of a row whose printed numbers go from 1 to 3."""
+    cell = PrintedCell("results.b.c[0]", "r", "c", printed, "kg", span, step)
+    others = tuple(PrintedCell(f"results.b.d[{k}]", "r", "d", text, "kg") for k, text in enumerate(row))
+    away = (
+        PrintedCell("results.b.d[9]", "other row", "d", "99", "kg"),
+        PrintedCell("results.b.d[8]", "r", "d", "99", "m"),
+    )
+    block = ResultBlock("b", "Table 1", "table", "f", (cell, *others, *away), {}, range_of=("d",))
+    return ComparedNumber(block, cell, verdict, value=value, **more)
+
+
+@pytest.mark.parametrize(
+    ("given", "miss", "digits", "near"),
+    [
+        ({"value": 2.53}, 0.03, 0.3, True), ({"value": 2.8}, 0.3, 3.0, True), ({"value": 2.81}, 0.31, 3.1, False),
+        ({"value": 2.2}, -0.3, -3.0, True), ({"value": 2.19}, -0.31, -3.1, False), ({"row": ()}, 0.03, 0.3, True),
+        ({"value": 2.6, "row": ()}, 0.1, 1.0, False), ({"value": None}, None, None, False),
+        ({"value": ComparedExpression("q", True)}, None, None, True), ({"verdict": DIFFERS}, 0.03, 0.3, None),
+        ({"span": ("2.4", "2.6")}, 0.0, 0.0, True), ({"value": 3.0, "span": ("2.4", "2.6")}, 0.4, 4.0, False),
+        ({"value": 2.0, "span": ("2.4", "2.6")}, -0.4, -4.0, False),
+    ],
+)  # fmt: skip
+def test_how_far_a_number_is_off_and_whether_that_is_near(given, miss, digits, near):
+    """Near is within the digits, the range of a figure, or 15 % of the range of its row: 0.3 of 1 to 3."""
+    one = number(**given)
+    assert (one.miss, one.digits) == (miss if miss is None else pytest.approx(miss), digits and pytest.approx(digits))
+    assert one.near is near
+
+
+def test_a_number_agrees_to_its_digits_or_within_its_range():
+    cell = number().cell
+    assert [agree(cell, "2.5", x) for x in (2.45, 2.549, 2.551, float("nan"), float("inf"), None)] == [
+        True, True, False, False, False, False,
+    ]  # fmt: skip
+    spanned = number(span=("2.4", "2.6")).cell
+    assert [agree(spanned, "2.5", x) for x in (2.4, 2.6, 2.39, 2.61)] == [True, True, False, False]
+    assert [agree(cell, "q", ComparedExpression("q", x)) for x in (True, False)] == [True, False]
+    stepped = number("0", step="0.01").cell
+    assert [agree(stepped, "0", x) for x in (0.004, 0.006)] == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("verdict", "basis", "outcome"),
+    [
+        (REPRODUCED, REPEATED, REPEATED), (AFTER, STRUCTURAL, STRUCTURAL), (REPRODUCED, COMPUTED, REPRODUCED),
+        (DIFFERS, REPEATED, DIFFERS), (AFTER, "", AFTER),
+    ],
+)  # fmt: skip
+def test_what_agrees_and_is_not_computed_is_counted_by_its_basis(verdict, basis, outcome):
+    one = number(verdict=verdict, basis=basis, errata=("e",), missing=("gains.kp",))
+    assert one.outcome == outcome
+    assert one.to_json() == {
+        "cell": "results.b.c[0]", "where": "Table 1", "row": "r", "column": "c", "printed": "2.5", "unit": "kg",
+        "derived": False, "value": 2.53, "verdict": verdict, "basis": basis or None, "outcome": outcome, "near": None,
+        "errata": ["e"], "miss": pytest.approx(0.03), "last_digits": pytest.approx(0.3), "missing": ["gains.kp"],
+        "computed_by": "f",
+    }  # fmt: skip
+    assert number(value=ComparedExpression("q1", True)).to_json()["value"] == "q1"
 
 
 @pytest.mark.parametrize("text", ["__import__('os')", "x.y", "cos(a, b)", "a b", "tan(q1)", "'C1'"])
@@ -107,6 +169,11 @@ def test_expressions_are_compared_by_value():
     assert same("-S1*C2", "-(sin(q1)*cos(q2))")
     assert not same("-S1*C2", "-sin(q1)*sin(q2)")
     assert not same("a1", "a2")
+    assert not same("q1", "q2")
+    assert same("sqrt(4)*pi - a", "2*pi - a")
+    assert compared([["C1", "0"]], [["cos(q1)", "1"]]) == [
+        [ComparedExpression("cos(q1)", True), ComparedExpression("1", False)]
+    ]
 
 
 SMALL = """

@@ -75,6 +75,23 @@ def test_an_erratum_explains_and_is_proven_by_what_follows_with_it(written, tmp_
     assert lost(tmp_path / "out") == []
 
 
+def test_a_proof_is_of_its_own_erratum_alone(written):
+    """The torque of a motor shows the one, the inertia the other."""
+    other = (
+        LOST_POINT.partition("[reading")[0]
+        .replace("mass-2", "effort-1")
+        .replace("printed = 15, read = 1.5", "printed = 4, read = 40")
+    )
+    more = other.replace("inertial.mass.values[1]", "limits.effort.values[0]") + LOST_POINT
+    study = own_study(written(("values = [2.0, 1.5]", "values = [2.0, 15]"), ("[40, 10]", "[4, 10]"), more=more))
+    shown = {name: list(study.proofs[name](study.data).numbers) for name in ("mass-2", "effort-1")}
+    share = "share.printed[0]"
+    assert shown == {
+        "mass-2": ["b11.printed[0]", "holding.printed[0]", "holding.printed[1]", share],
+        "effort-1": [share],
+    }
+
+
 def test_many_errata_are_not_tried_in_all_combinations(written):
     """Of nine errata a result tries those of the reading and those that it names."""
     start = LOST_POINT.partition("[reading")[0]

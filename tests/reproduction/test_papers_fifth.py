@@ -13,33 +13,12 @@ from pathlib import Path
 import pytest
 
 import lwr_dyn
+from tests.reproduction.two_links import TEXT
 
 pytestmark = pytest.mark.slow
 
 PACKAGE = Path(lwr_dyn.__file__).parent
-DATA = """
-schema = 1
-name = "fifth"
-title = "Two links in a plane"
-document = { title = "A paper of two pages" }
-[joints]
-kinds = ["revolute", "revolute"]
-[dh]
-convention = "standard"
-alpha = { values = [0, 0], unit = "deg", where = "Table 1", kind = "printed" }
-a = { values = [0.5, 0.4], unit = "m", where = "Table 1", kind = "printed" }
-d = { values = [0, 0], unit = "m", where = "Table 1", kind = "printed" }
-[inertial]
-mass = { values = [2.0, 1.0], unit = "kg", where = "Table 2", kind = "printed" }
-com = { values = [[-0.25, 0, 0], [-0.2, 0, 0]], unit = "m", where = "Table 2", kind = "printed" }
-[inertial.inertia]
-values = [[[0.01, 0, 0], [0, 0.05, 0], [0, 0, 0.05]], [[0.01, 0, 0], [0, 0.02, 0], [0, 0, 0.02]]]
-unit = "kg m^2"
-about = "com"
-axes = "frame"
-products = "tensor"
-where = "Table 2"
-kind = "printed"
+DATA = f"""{TEXT.replace('"two_links"', '"fifth"')}
 [[erratum]]
 id = "reach-digits"
 where = "conclusion"
@@ -49,7 +28,7 @@ why = "0.5 m and 0.4 m are 0.9 m"
 effect = "none"
 severity = "result"
 status = "proven"
-patch = [{ at = "results.conclusion.reach[0]", printed = "0.09", read = "0.9" }]
+patch = [{{ at = "results.conclusion.reach[0]", printed = "0.09", read = "0.9" }}]
 """
 FILES = {
     "arms/papers/fifth.toml": DATA,
@@ -61,7 +40,7 @@ where = "Table 2"
 form = "table"
 unit = "kg"
 compute = "total_mass"
-cells = { mass = ["3.0"] }
+cells = { mass = ["3.5"] }
 [conclusion]
 where = "conclusion"
 form = "text"
@@ -95,7 +74,7 @@ from lwr_dyn.reproduction.case import SHARED
 
 def reach(case, _):
     """a_1 + a_2 [m]"""
-    return {"reach": [sum(case.values("dh", "a"))]}
+    return {"reach": [sum(case.values("dh", "a")) / 1000]}
 
 
 def reach_digits(data):
@@ -147,7 +126,7 @@ def test_it_is_reproduced_with_its_option(command):
     ]
     assert record["errata"][0]["proof"]["holds"] is True
     assert (record["joints"], bool(record["resolver"])) == (2, True)
-    assert "Two links in a plane" in (folder / "report.html").read_text()
+    assert "Two links in a vertical plane" in (folder / "report.html").read_text()
 
 
 def test_it_is_offered_beside_the_others_and_its_option_only_there(command):

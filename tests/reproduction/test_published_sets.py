@@ -34,6 +34,19 @@ def test_a_proof_fails_without_its_own_erratum(robot, erratum, monkeypatch):
     assert not PROOFS[robot][erratum]().holds
 
 
+STATED = {
+    "fer-link4-triangle": (0.0946, -0.0354, -0.1076), "link7-frame": (0.9735, 0.0), "link1-centre": (-0.04762, 0.0),
+    "link4-centre-sign": (0.3056, 0.0), "centres-tenfold": (6.447, 0.6447, 0.965),
+    "moments-about-origins": (2.51, 4.25 * (0.965 / 2) ** 2, 4.25 * 0.965**2), "tensors-of-ur10": (6, 0),
+    "mamedov-edge": (0.0,),
+}  # fmt: skip
+
+
+def test_proofs_state_their_numbers():
+    found = {name: tuple(proof().numbers.values()) for proofs in PROOFS.values() for name, proof in proofs.items()}
+    assert found == {name: pytest.approx(numbers, abs=1e-4) for name, numbers in STATED.items()}
+
+
 CHANGED = {
     "fer-link4-triangle": {
         "[[0.00784585566, -0.00339591957": "[[0.00784585566, 0", "[-0.00339591957, 0.00649543136": "[0, 0.00649543136"

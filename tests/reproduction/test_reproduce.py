@@ -3,6 +3,7 @@
 import copy
 import json
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import pytest
 
@@ -121,3 +122,13 @@ def test_parts_that_a_paper_has_not_are_left_out():
 def test_the_evidence_of_table_iv_decides_the_lwr4plus():
     section, _ = reproduce.convention_section("lwr4plus", of_tensors=True)
     assert "tensors are about the centre of mass (decided by published numbers)" in section.text
+
+
+def test_a_check_is_a_line_with_what_fails():
+    def line(*holds):
+        verdicts = [SimpleNamespace(name=f"c{k}", holds=x) for k, x in enumerate(holds)]
+        return reproduce.check_line(SimpleNamespace(robot="r", reading="p", verdicts=verdicts))
+
+    assert [line(True), line(True, True), line(False, True, False)] == [
+        "check r, reading p: 1 holds", "check r, reading p: 2 hold", "check r, reading p: 1 holds, FAIL: c0, c2",
+    ]  # fmt: skip

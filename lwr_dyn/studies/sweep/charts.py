@@ -136,7 +136,7 @@ def _down(up: Axis, share: float) -> int:
 def _curve(one: MetricFigures, axis: Axis, up: Axis) -> str:
     """From all runs to the worst one: at a value, the share of the runs at least as bad."""
     ordered, n, worse = np.sort(one.sample), one.sample.size, one.words.worse
-    index = np.unique(np.rint(n - np.geomspace(1.0, n, POINTS)).astype(int).clip(0, n - 1))
+    index = np.unique(np.rint(n - np.geomspace(1.0, n, POINTS)).astype(int))
     across = np.where(np.isposinf(ordered[index]), worse * np.inf, axis.share(one.words.shown(ordered[index])))
     shares, end = (n - index) / n, 1.0 if worse > 0 else 0.0
     beyond = np.flatnonzero(worse * (across - end) > 0.0)

@@ -1,5 +1,7 @@
 """The report's program: every fault found, no other; the corrected one clean, at its points and back."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,13 @@ import lwr_dyn
 from lwr_dyn.krl.project.program import load_program, parse_program
 from lwr_dyn.krl.running.program_run import check_program
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.kr30ha.krl_program import EXACT_MM, printed_program, program_report, write_program
+from lwr_dyn.reproduction.kr30ha.krl_program import (
+    EXACT_MM,
+    printed_program,
+    program_parts,
+    program_report,
+    write_program,
+)
 from lwr_dyn.reproduction.papers import printed_tables
 
 
@@ -51,6 +59,24 @@ def test_the_corrected_program_is_clean_and_goes_where_it_should(report, arm):
         assert np.abs(pose[:3, :3] - np.eye(3)).max() < 1e-12
     assert np.abs(np.degrees(report.run.motion.q[-1]) - [0, -90, 90, 0, 0, 0]).max() < 1e-12
     assert report.holds
+
+
+def test_the_diagnosis_and_the_run_in_words_and_in_the_record(report):
+    note, run = program_parts(report)
+    faults = len(report.printed)
+    assert note.lines[0] == f"The report's program (Appendix B): {faults} diagnoses, 0 known faults missed, 0 false"
+    assert list(note.lines[1:]) == [str(d) for d in report.printed]
+    assert run.title == f"The corrected program: 0 diagnoses, cycle {report.run.duration:.3f} s"
+    assert [row[:3] for row in run.rows] == [
+        ("Point1", "91, -1139, 1392", "S 4 T 52"), ("Point2", "91, -1117, 1447", "S 4 T 52"),
+    ]  # fmt: skip
+    right = report.record()["corrected"]
+    stops = [{"point": p.name, "missed_mm": p.missed_mm, "s": p.s, "t": p.t} for p in report.points]
+    assert (right["diagnoses"], right["cycle_time"], right["stops"]) == ([], report.run.cycle_time, stops)
+    far = replace(report.points[0], missed_mm=2e-6)
+    for change in ({"missing": ((1, "a", "b"),)}, {"false": ((1, "a", "b"),)}, {"left": report.printed},
+                   {"points": (far,)}, {"home_missed": 2e-12}):  # fmt: skip
+        assert not replace(report, **change).holds
 
 
 def test_what_is_written_is_read_and_runs_again(report, arm, tmp_path):

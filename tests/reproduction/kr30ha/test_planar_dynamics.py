@@ -13,6 +13,7 @@ from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.symbolic.link_motion import normal_form
 from lwr_dyn.reproduction.kr30ha import planar_dynamics
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import SYMBOLIC, finished, motion_report, symbolic_verdicts
+from lwr_dyn.reproduction.kr30ha.study import errata_text, motion_tables
 
 RIGHT = {"v_1", "P_1", "P_2"}
 OTHER_MODEL = {"planar-model", "unfinished", "lagrangian-label"}
@@ -76,6 +77,28 @@ def test_only_the_entries_named_in_the_ledger_are_the_same_for_the_arm(report):
     arm = {c.name: c.arm for c in report.counterparts}
     assert (arm["B_12"], arm["g_1"]) == (0, 0)
     assert "only B_22 and C_22" in next(e.effect for e in open_paper("kr30ha").errata if e.id == "planar-model")
+
+
+def test_the_analysis_in_tables(report):
+    verdicts, terms, beside = motion_tables(report)
+    assert [row[:2] for row in verdicts.rows] == [
+        (c.name, "right" if c.name in RIGHT else ", ".join(c.added)) for c in report.comparisons
+    ]  # fmt: skip
+    assert all(printed != right for *_, printed, right in terms.rows)
+    assert ("K_2", "dq1*dq2", "I2") in {row[:3] for row in terms.rows}
+    lines = terms.note.splitlines()
+    assert [line[-15:] for line in lines if "tau_" not in line] == ["", " own Lagrangian", "me planar model"]
+    found = [sp.sympify(line.partition(" = ")[2].replace("^", "**")) for line in lines if "tau_" in line]
+    for text, torque in zip(found, [*report.printed_torques, *report.planar.tau], strict=True):
+        assert sp.expand(text - torque, trig=True) == 0
+    assert [row[0] for row in beside.rows if row[3] == "the same"] == ["B_22", "C_22"]
+    paper = open_paper("kr30ha")
+    one = paper.errata[0]
+    assert errata_text(paper).splitlines()[:5] == [
+        f"Errata ({len(paper.errata)})",
+        f"{one.id} ({one.status}), {one.where}",
+        *(f"  {line}" for line in (f"printed: {one.printed}", f"read as: {one.read_as}", one.why)),
+    ]
 
 
 def test_the_general_equations_become_the_symmetric_ones_without_their_letters(report):

@@ -5,9 +5,11 @@ import pytest
 import sympy as sp
 
 import lwr_dyn
+from lwr_dyn.checks.datasheet.envelope import working_envelope
 from lwr_dyn.krl.robot.kuka_pose import pose_of_matrix
 from lwr_dyn.reproduction.kr30ha.matrices import paper_matrices
 from lwr_dyn.reproduction.kr30ha.points import paper_points
+from lwr_dyn.reproduction.kr30ha.study import envelope_table, matrix_tables, point_tables
 
 
 @pytest.fixture(scope="module")
@@ -89,3 +91,36 @@ def test_the_stated_order_of_composition_is_not_equation_1():
     equation_1 = sp.Matrix([[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]])
     assert sp.simplify(turn * shift * twist - equation_1) == sp.zeros(4, 4)
     assert sp.simplify(shift * twist * turn - equation_1) != sp.zeros(4, 4)
+
+
+def test_the_tables_of_points_show_what_is_printed_what_is_right_and_by_how_much_it_misses(points):
+    cells, right, misses = point_tables(points)
+    assert cells.cells[2] == ("point_1", "theta_3", "-88.78", "-88.7743", "erratum theta3-p1")
+    assert cells.cells[3] == ("point_1", "alpha", "26.29", "26.2882", "reproduced")
+    assert list(right.cells) == [
+        ("point_1", "S 4 T 52", "85.43 29.91 -106.04 0.00 -13.87 -85.43", "500.68", "6 of 12", "91.0 -1139.0 1222.0"),
+        ("point_2", "S 4 T 52", "85.34 25.86 -105.43 0.00 -10.43 -85.34", "8.29", "6 of 12", "91.0 -1117.0 1277.0"),
+        ("home", "S 2 T 2", "0.00 -90.00 90.00 0.00 0.00 0.00", "492.40", "6 of 6", "1170.0 0.0 1810.0"),
+    ]
+    assert misses.cells[0] == (
+        "point_1", "A = -theta", "-336.0 -1477.6 1393.1", "544.9", "-370.5 -1629.6 1325.3", "676.8",
+    )  # fmt: skip
+    assert misses.cells[2][1:] == ("A = theta", "1170.0 0.0 1810.0", "0.0", "1340.0 0.0 1810.0", "170.0")
+
+
+def test_a_matrix_is_a_row_with_what_differs(matrices):
+    groups = matrix_tables(matrices)
+    assert [len(table.rows) for table in groups] == [6, 6, 5, 5]
+    wrong = "(1,1) sin(q2) | -sin(q2); (1,4) a2*sin(q2) | -a2*sin(q2); (2,2) sin(q2) | -sin(q2)"
+    verdict = "erratum symbolic-a2; it is alpha = 0 deg, theta = -q2 +90 deg"
+    assert groups[0].rows[1] == ("A2", "13 of 16", wrong, verdict)
+    assert groups[1].rows[0] == ("T1", "16 of 16", "-", "right")
+    assert groups[3].rows[4] == ("T06", "14 of 16", "(2,2) -1 | 1; (3,1) 1 | -1", "erratum table2-half-turn")
+
+
+def test_the_envelope_stands_beside_the_data_sheet():
+    arm = lwr_dyn.load("kr30ha")
+    table = envelope_table(working_envelope(arm), arm)
+    assert [row[1:] for row in table.rows] == [
+        ("2032.72", "2033"), ("27.2428", "27.24"), ("1083.76", "-"), ("28.3425", "-"),
+    ]  # fmt: skip

@@ -1,6 +1,7 @@
 """`lwr-dyn reproduce kr30ha` writes a folder that holds; its movement is the report's, its envelope a figure."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,8 @@ from lwr_dyn.checks.datasheet.envelope import working_envelope
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.plotting.plots import draw, figure_bytes
-from lwr_dyn.reproduction.kr30ha.points import RISE, SPEED_SHARE, WAIT, cycle_reference, right_points
-from lwr_dyn.reproduction.kr30ha.study import closed_outlines, envelope_figures
+from lwr_dyn.reproduction.kr30ha.points import RISE, SPEED_SHARE, WAIT, Cycle, Waypoint, cycle_reference, right_points
+from lwr_dyn.reproduction.kr30ha.study import closed_outlines, cycle_table, envelope_figures
 from lwr_dyn.reproduction.reproduce import reproduce
 from tests.reproduction.pages import faults, lost
 
@@ -57,16 +58,9 @@ def test_the_report_loses_nothing_and_is_as_short_as_its_message(outcome, browse
 def test_the_text_carries_points_matrices_envelope_equations_and_movement(outcome):
     text = outcome[0].document.text()
     for promise in (
-        "check kr30ha, reading kuka",
-        "erratum theta1-p2",
-        "544.9",
-        "alpha = -90 deg, theta = q1",
-        "2032.72",
-        "B_22 = I2zz + m2*(a2 + c2x)^2",
-        "entries not 0",
-        "product-term",
-        "largest |tau|",
-    ):
+        "check kr30ha, reading kuka", "erratum theta1-p2", "544.9", "alpha = -90 deg, theta = q1", "2032.72",
+        "B_22 = I2zz + m2*(a2 + c2x)^2", "entries not 0", "product-term", "largest |tau|",
+    ):  # fmt: skip
         assert promise in text
 
 
@@ -95,6 +89,23 @@ def test_the_movement_waits_as_the_program_does_and_keeps_speed_and_rise():
         at = reference.sample(np.linspace(end - WAIT, end, 11))
         assert np.abs(at.q - point.q).max() < 1e-12
         assert np.abs(at.dq).max() < 1e-12
+
+
+def test_the_movement_in_a_table():
+    a, b = np.array([0.0, 1.0, -2.0, 0, 0, 0]), np.array([0.0, 1.0, -2.5, 0, 0, 0])
+    speeds, meta = np.array([ARM.velocity / 2, 0.0 * a]), {"controller": {"label": "law"}}
+    run = SimpleNamespace(meta=meta, tau_applied=np.array([a, -2 * a]), dq=speeds)
+    points = (Waypoint("home", {"x": a, "y": b}, 1.5e-4),)
+    table = cycle_table(Cycle(SimpleNamespace(duration=12.254), run, points), ARM)
+    assert table.title == (
+        "Mastering, Point 1, Point 2, mastering in 12.25 s, at most 50% of rated speed, 0.5 s to come to it (both "
+        "assumed), law, estimated masses"
+    )
+    assert list(table.cells) == [("home", "0.00 1.00 -2.00 0.00 0.00 0.00", "5.0e-01", "1.5e-04")]
+    assert table.note.splitlines() == [
+        "largest |tau|, A1 to A6 [N m]: 0.00 2.00 4.00 0.00 0.00 0.00",
+        "largest speed over rated, A1 to A6: 0.500 0.500 0.500 0.500 0.500 0.500",
+    ]
 
 
 POINTS = {"near": (0.091, -1.139, 1.222), "far": (1.0, 0.5, 1.5)}

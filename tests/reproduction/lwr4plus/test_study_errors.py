@@ -1,5 +1,7 @@
 """Tables VII and VIII: computed verdicts, and the hypothesis that carries Table VIII."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,14 @@ import lwr_dyn
 from lwr_dyn.reproduction.lwr4plus import formulas
 from lwr_dyn.reproduction.lwr4plus.formulas import ErrorCell, error_table, fitted_arm_angle, velocity_rows
 from lwr_dyn.reproduction.lwr4plus.study import plants
+from lwr_dyn.reproduction.paper_study import paper_study
+from lwr_dyn.reproduction.papers import printed_tables
+
+VELOCITIES = [
+    dict(zip(formulas.COLUMNS, row, strict=True))
+    for row in zip(*(printed_tables("lwr4plus")["table_viii"][f"velocity_{x}"] for x in formulas.COLUMNS), strict=True)
+]
+"""Of Table VIII, a row a joint."""
 
 
 @pytest.fixture(scope="module")
@@ -44,11 +54,42 @@ def test_the_velocity_block_of_table_viii_stands_one_row_too_low(arm, fitted):
     assert distances["rows as numbered"] > 1.0
 
 
+def test_two_readings_of_the_velocity_block_are_judged_by_rms_over_the_row(monkeypatch):
+    """A run whose rows are the printed cells one row too low; as numbered each is the cells of the row after."""
+    cells = [(x["average"], x["maximum"]) for x in VELOCITIES[1:6]] + [
+        (VELOCITIES[6]["maximum"], VELOCITIES[6]["minimum"])
+    ]
+    cells = np.array(cells, dtype=float)
+    rows = np.vstack([cells, 2.0 * cells[-1:]])
+    figures = SimpleNamespace(velocity_mrad_s=SimpleNamespace(max=rows[:, 0], min=rows[:, 1]))
+    monkeypatch.setattr(formulas, "metrics", lambda *_: figures)
+    off = (rows[1:] - cells) / (cells[:, :1] - cells[:, 1:])
+    assert velocity_rows(SimpleNamespace(run=None), None) == pytest.approx(
+        {"rows as numbered": np.sqrt((off**2).mean()), "one row too low": 0.0}
+    )
+
+
+def test_the_joints_with_the_largest_errors():
+    case = paper_study("lwr4plus").data.case()
+    most, average = (np.array(case.numbers(*at)) for at in (("table_vii", "maximum"), ("table_viii", "average")))
+    assert formulas.joints_of_largest_maximum(case, None) == {"joint": sorted((np.argsort(most)[-2:] + 1).tolist())}
+    assert formulas.joints_of_largest_average(case, None) == {"joint": sorted((np.argsort(average)[-2:] + 1).tolist())}
+    assert formulas.largest_errors(case, None) == {"maximum": pytest.approx([0.017, 0.0301])}
+    sizes = np.array([max(abs(float(x)) for x in row.values()) for row in VELOCITIES])
+    read = paper_study("lwr4plus").data.case("table8-velocity-rows")
+    for one, rows in ((case, sizes), (read, sizes[1:])):
+        assert formulas.joints_of_largest_velocity(one, None) == {"joint": sorted((np.argsort(rows)[-3:] + 1).tolist())}
+
+
 def test_verdicts_are_computed():
-    cell = ErrorCell(0, "average", "9.6", 9.64, 10.5)
-    assert cell.verdict == "reproduced"
-    assert ErrorCell(0, "average", "9.6", 10.0, 10.5).verdict == "near, by +0.4"
-    assert ErrorCell(0, "average", "9.6", 20.0, 10.5).verdict == "not near, by +10"
+    words = {
+        9.64: "reproduced",
+        10.0: "near, by +0.4",
+        11.1: "near, by +1.5",
+        11.3: "not near, by +1.7",
+        8.1: "near, by -1.5",
+    }
+    assert {value: ErrorCell(0, "average", "9.6", value, 10.5).verdict for value in words} == words
 
 
 def test_the_conditions_tried_for_a_table_and_the_nearest_cell_by_cell(arm):

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from base64 import b64decode
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import pytest
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.pages.figures.figure import Curve, Figure, Panel, Series
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
+from lwr_dyn.reproduction.report import page as page_module
 from lwr_dyn.reproduction.report.content import Page, Replay, ReportCell, ReportRow, ReportTable
 from lwr_dyn.reproduction.report.page import page_stride, report_html, script_data
 from tests.pages.replay.replayed import lagging_run
@@ -62,6 +64,69 @@ def test_gaps_and_shared_numbers(arm, two_runs):
     assert curves[0]["x"] == curves[1]["x"] == curves[1]["y"] != curves[0]["y"]
     assert data["numbers"][curves[0]["y"]]["gaps"] == list(range(50, 100))
     assert data["numbers"][curves[2]["x"]] == [1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("samples", "seconds", "stride"),
+    [(601, 6.0, 1), (1199, 6.0, 1), (1201, 6.0, 2), (3001, 6.0, 5), (1, 0.0, 1), (31, 6.0, 1)],
+)
+def test_a_page_has_100_samples_a_second_at_least(samples, seconds, stride):
+    assert page_stride(SimpleNamespace(t=np.linspace(2.0, 2.0 + seconds, samples))) == stride
+
+
+def test_numbers_of_more_than_48_places_are_packed_and_of_more_than_1500_some_are_left_out():
+    for size, packed_ in ((48, False), (49, True)):
+        line = np.arange(float(size))
+        line[3] = np.nan
+        numbers = script_data(Page("p", figures=(plot_of(Curve("a", line, np.arange(float(size)))),)))["numbers"]
+        assert [isinstance(x, dict) for x in numbers] == [packed_] * 2
+        assert (numbers[1]["gaps"] if packed_ else [k for k, x in enumerate(numbers[1]) if x is None]) == [3]
+    for size, kept in ((1500, 1500), (1501, 751), (3001, 1001)):
+        x, names = np.arange(float(size)), tuple(map(str, range(size)))
+        data = script_data(Page("p", figures=(plot_of(Curve("a", x, x, "points", text=names)),)))
+        curve = data["figures"][0]["panels"][0]["curves"][0]
+        assert (data["numbers"][curve["x"]]["shape"], len(curve["text"])) == ([kept], kept)
+        assert (curve["text"][1], curve["text"][-1]) == (str(-(-size // 1500)), str(size - 1))
+
+
+@pytest.mark.parametrize(
+    ("heights", "cut"),
+    [
+        ([1] * 2, 1),
+        ([1] * 3, 2),
+        ([5, 1, 1], 1),
+        ([1, 1, 5], 2),
+        ([1, 5, 1], 2),
+        ([3], 1),
+        ([9, 1, 1], 1),
+        ([1] * 4, 2),
+    ],
+)
+def test_tables_are_parted_where_both_halves_are_about_as_high(heights, cut):
+    assert page_module._cut(heights) == cut
+
+
+def test_a_page_has_its_parts_with_their_counts_and_says_what_is_proven(arm, two_runs):
+    page = report(arm, two_runs)
+    parts = page_module.parts_of(page)
+    assert [(place, number, len(body)) for place, _, number, body in parts] == [
+        ("result", "", 2), ("motion", "", 3), ("numbers", "24", 2), ("errata", "4", 2), ("evidence", "", 5),
+    ]  # fmt: skip
+    shown = {place: f'<span class="cnt">{number}</span>' if number else "" for place, _, number, _ in parts}
+    links = "".join(f'<a href="#{place}">{place.capitalize()}{count}</a>' for place, count in shown.items())
+    assert page_module.header(page, parts) == (
+        '<header class="top"><div><b>lwr_dyn</b><span>reproduction of recomputed</span></div>'
+        f'<nav aria-label="parts of the report">{links}</nav></header>'
+    )
+    lead = '<div class="lead"><h1>A paper with tables</h1><p class="by">Authors</p>'
+    assert parts[0][3][0].startswith(f'{lead}<p class="say"><b>8 of 24</b> come out.</p><div><ul class="key"')
+    assert "4 entries, 2 of them proven by a computation that runs with this report." in parts[3][3][0]
+    assert "Derived numbers" in parts[2][3][1]
+    heads = re.findall(r'<h2 id="(\w+)-title"( class="hidden-word")?>', page_module.main(parts))
+    assert heads == [(place, ' class="hidden-word"' * (place == "result")) for place, *_ in parts]
+    bare = page_module.parts_of(Page("p"))
+    assert [(place, len(body)) for place, _, _, body in bare] == [("result", 1)]
+    assert bare[0][3][0] == '<div class="lead"><h1>p</h1></div>'
 
 
 @pytest.mark.slow

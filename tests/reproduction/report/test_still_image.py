@@ -3,6 +3,7 @@
 import base64
 import io
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -62,6 +63,50 @@ def test_paths_behind_the_arm_are_not_drawn(arm):
     line = still_image._line(points, "r1", Camera(FROM_SIDE, 1000.0, np.zeros(3)), near)
     columns = [float(x) for x in re.findall(r"([\d.]+),", line)]
     assert min(columns) >= COLUMNS // 2
+
+
+def test_a_line_stands_at_its_pixels_and_the_floor_has_a_line_each_half_metre(arm):
+    side, near = Camera(FROM_SIDE, 100.0, np.zeros(3)), np.full((ROWS, COLUMNS), -np.inf)
+    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.5], [1.0, 0.0, 1.0], [1.0, 0.0, 1.5]])
+    x, y = COLUMNS / 2, ROWS / 2
+    d = f"M{x:.1f},{y:.1f} {x + 100:.1f},{y - 50:.1f} {x + 100:.1f},{y - 150:.1f}"
+    assert still_image._line(points, "r1", side, near) == f'<path class="l r1" d="{d}"/>'
+    floor = still_image._floor(arm, Camera(FROM_ABOVE, 100.0, np.zeros(3)))
+    lines = re.findall(r"M(-?\d+),(-?\d+)L(-?\d+),(-?\d+)", floor)
+    assert len(lines) == 2 * 13
+    ends = [[round(float(a)) for a in line] for line in lines]
+    across = [round(x) + 50 * k for k in range(-6, 7)]
+    assert [end[0] for end in ends[:13]] == [end[2] for end in ends[:13]] == across
+    assert {(end[1], end[3]) for end in ends[:13]} == {(round(y) + 300, round(y) - 300)}
+
+
+def test_runs_have_a_row_with_their_errors_and_their_torque(arm, two_runs):
+    runs = replayed_runs(two_runs, arm)
+    html = still_image.run_table_html(runs)
+    rows = re.findall(r"<tr>(<th scope=.row.>.*?)</tr>", html)
+    for one, run, row in zip(runs, two_runs, rows, strict=True):
+        tip = [lwr_dyn.forward_kinematics(arm, q)[:, :3, 3] for q in (run.q, run.q_ref)]
+        away = 1e3 * np.linalg.norm(tip[0] - tip[1], axis=1)
+        share = 100 * (np.abs(run.tau_applied).max(axis=0) / arm.effort).max()
+        shown = [float(re.sub(" %", "", x)) for x in re.findall(r'class="num mono">(.*?)<', row)]
+        assert shown == pytest.approx([np.sqrt((away**2).mean()), away.max(), share], rel=5e-3, abs=0.5)
+        assert shown[:2] == pytest.approx([np.sqrt((away**2).mean()), away.max()], rel=5e-3)
+        assert f'<i class="sw r{one.place + 1}"></i>{one.caption}</th>' in row
+    assert "<caption>2 runs, 6 s</caption>" in html
+    assert "<caption>1 run, 6 s</caption>" in still_image.run_table_html(runs[:1])
+    unknown = SimpleNamespace(arm=lwr_dyn.load("kr30ha"), run=SimpleNamespace(tau_applied=np.ones((2, 6))))
+    assert still_image.torque_share(unknown) == "unknown"
+
+
+@pytest.mark.parametrize(("rate", "whole"), [(100.0, True), (101.0, True), (102.0, False), (1000.0, False)])
+def test_a_page_with_fewer_samples_than_its_runs_says_so(rate, whole):
+    run = SimpleNamespace(run=SimpleNamespace(t=np.arange(0, 11) / rate))
+    assert still_image.rate_note([run]) == (
+        "All samples of the runs are on this page."
+        if whole
+        else f"Replay and cursors have 100 samples a second; the run files have {rate:g}. "
+        "Curves, peaks and this table are drawn from all of them."
+    )
 
 
 def test_the_png_is_read_back():

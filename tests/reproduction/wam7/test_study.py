@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -103,6 +104,58 @@ def test_a_cruise_holds_within_half_a_percent_or_without_damping():
     assert replace(cruise, mean=2.012e-3, net_damping=-0.1).holds
     assert not replace(cruise, net_damping=0.0).stable
     assert [cruise.record()[name] for name in ("joint", "stable", "holds")] == [3, True, True]
+
+
+def cruise(joint=2, side=1, mean=2.008e-3, damping=1.0, gravity=GRAVITIES[0]):
+    return runs.CruiseError(joint, side, gravity, 2e-3, mean, 1.9e-3, 2.1e-3, 0.08, 0.0849, damping, 17)
+
+
+def test_cruises_in_words_and_tables():
+    cycle = "no steady cruise (net damping -0.70): 1.90 to 2.10 mrad, 0.080 to 0.085 rad/s, at rest 17 times"
+    three = cruise(), cruise(mean=2.012e-3), cruise(3, -1, damping=-0.7)
+    assert [study.verdict(c) for c in three] == ["agrees", "DIFFERS", cycle]
+    assert findings(three).splitlines() == [
+        "Findings: the friction takes more damping than kd gives, a limit cycle",
+        f"J4 negative, {GRAVITIES[0]}: {cycle}",
+    ]
+    assert list(study.cruise_table(three).cells[:2]) == [
+        ("J3 +", GRAVITIES[0], "1", "2.0000", f"{mean}", miss, "1.9000 to 2.1000", said)
+        for mean, miss, said in (("2.0080", "+0.40%", "agrees"), ("2.0120", "+0.60%", "DIFFERS"))
+    ]
+    first = [cruise(0, mean=5e-3), cruise(0, mean=7e-3), cruise(4), cruise(0, -1), cruise(0, gravity=GRAVITIES[1])]
+    assert list(figure_7_table(first).cells) == [
+        ("J1", "0 to 6", "5.00", "inside"), ("J1", "0 to 6", "7.00", "OUTSIDE"),
+        ("J5", "-", "2.01", "not readable in the text"),
+    ]  # fmt: skip
+    assert [figure_7_holds(first[:1]), figure_7_holds(first)] == [True, False]
+
+
+def test_a_run_is_a_row_with_its_largest_error_and_its_audit():
+    meta = {"audit": {"residual": 2e-9, "channels": {"friction": -1.25}}, "evaluations": 28000}
+    run = SimpleNamespace(
+        q=np.zeros((3, 2)), q_ref=np.array([[0, 1], [-3, 2], [0, 0]]) * 1e-3, meta=meta, events=(1, 2)
+    )
+    (row,) = study.run_table([Experiment(2, 1, GRAVITIES[0], True, run)]).cells
+    assert row[1:] == ("3.000", "2", "28000", "2.0e-09", "-1.2500")
+
+
+def test_the_passivity_of_table_1_and_what_a_passive_refit_costs():
+    """Friction of joint 4 upward is 1.5414 - 2.7045 v: 0 at 0.57 rad/s; its mean to 0.4 rad/s, and the RMS about it."""
+    rows = study.passivity_table(arm()).cells
+    assert rows[0] == ("J1 +", "never", "11.3348", "", "")
+    assert rows[6] == ("J4 +", f"{1.5414 / 2.7045:.3f}", f"{2.0 - 2.7045:.4f}", f"{1.5414 - 0.2 * 2.7045:.4f}, 0.0000",
+                       f"{2.7045 * 0.4 / np.sqrt(12):.3f}")  # fmt: skip
+    assert [row[0] for row in rows if row[1] != "never"] == ["J2 -", "J4 +", "J4 -", "J5 +"]
+
+
+def test_each_joint_has_its_run_alone_or_all_share_one():
+    every = [Experiment(j, side, g, on, f"{j} {side} {g} {on}") for j in (*range(7), None) for side in (1, -1)
+             for g in GRAVITIES for on in (True, False)]  # fmt: skip
+    for alone, joints in ((True, range(7)), (False, [None] * 7)):
+        assert study.runs_of_joints(arm(), every, alone) == {
+            label: [f"{j} 1 {GRAVITIES[0]} {on}" for j in joints]
+            for label, on in (("with friction", True), ("without", False))
+        }
 
 
 def test_each_joint_goes_there_and_back_under_both_gravities(monkeypatch):

@@ -63,14 +63,30 @@ def test_a_torque_of_rounding_errors_is_no_share_of_a_limit():
     assert [shown(share) for share in (1.7e-31, 0.0771, np.nan)] == ["0 %", "7.71 %", "unknown"]
 
 
-def test_record_and_columns_have_the_numbers(study):
-    compared, _ = study
-    records, columns = compared.record()["runs"], compared.to_columns()
-    assert [record["tip_rms_mm"] for record in records] == columns["tip_rms [mm]"].tolist()
-    assert {name for record in records for name in record["best"]} == {"tip_rms_mm", "tip_max_mm"}
+def test_record_columns_and_table_have_the_numbers(study, arm):
+    compared, runs = study
+    records, columns, rows = compared.record()["runs"], compared.to_columns(), compared.table.shown().cells
+    assert compared.title == compared.record()["title"] == "lwr4plus, move, 0.3 s"
+    for k, (one, run, record) in enumerate(zip(compared.runs, runs, records, strict=True)):
+        torque = np.abs(run.tau_applied)
+        share = (torque / arm.effort).max()
+        wanted = {
+            "controller": one.controller, "typed": ("pd-gravity", "inverse-dynamics")[k % 2], "plant": one.plant,
+            "tip_rms_mm": one.figures.tip_rms_mm, "tip_max_mm": one.figures.tip_max_mm, "peak_torque": torque.max(),
+            "torque_share": share, "torque_cut_share": one.cuts.share, "unstable": False,
+            "audit_residual_J": run.audit["residual"], "best": ["tip_rms_mm", "tip_max_mm"] if k % 2 else [],
+        }  # fmt: skip
+        assert {key: record[key] for key in wanted} == wanted
+        assert record["metrics"] == one.figures.to_json()
+        numbers = ["tip_rms_mm", "tip_max_mm", "peak_torque", "torque_share", "audit_residual_J"]
+        assert [columns[name][k] for name in columns] == [wanted[key] for key in ["controller", "plant", *numbers]]
+        best = " *" if k % 2 else ""
+        assert list(rows[k]) == [
+            one.controller, one.plant, *(f"{wanted[key]:.4g}{best}" for key in numbers[:2]), f"{torque.max():.4g}",
+            f"{100 * share:.3g} %", "kept", f"{run.audit['residual']:.0e}",
+        ]  # fmt: skip
     assert pandas.DataFrame(columns).shape == (4, 7)
-    assert len(repr(compared).splitlines()) == 1
-    assert "4 runs on 2 plants" in repr(compared)
+    assert repr(compared) == "RunComparison(4 runs on 2 plants; .table, .to_columns(), .figure, .save)"
 
 
 def test_runs_and_their_files_compare_the_same(study, tmp_path):

@@ -10,34 +10,54 @@ from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.studies.compare.plants import PLANTS, plant_case
 from tests.random_arms import random_arm
 
+RIGID, BITS = {"friction": "none"}, 2 * np.pi / 4096
 
-def test_nominal_is_the_model_without_friction(arm):
-    case = plant_case(arm, "nominal")
+
+@pytest.mark.parametrize(
+    ("text", "words", "options"),
+    [
+        ("nominal", (), {}), ("payload=3", (), {"payload": 3.0}),
+        ("elastic", ("elastic joints",), {"elasticity": "file"}),
+        ("delay=1", ("delay of 1 sample",), {"delay": 1}), ("delay=1000", ("delay of 1000 samples",), {"delay": 1000}),
+        ("noise=1e-4", ("encoder noise of 0.0001 rad or m",), {"encoder": Encoder(noise=1e-4)}),
+        ("encoder=12", ("encoder of 12 bits",), {"encoder": Encoder(resolution=BITS)}),
+        ("encoder=40", ("encoder of 40 bits",), {"encoder": Encoder.of_bits(40)}),
+        ("encoder=12+noise=1e-5", ("encoder of 12 bits", "encoder noise of 1e-05 rad or m"),
+         {"encoder": Encoder.of_bits(12, 1e-5)}),
+        ("noise=1e-5+encoder=12", ("encoder noise of 1e-05 rad or m", "encoder of 12 bits"),
+         {"encoder": Encoder.of_bits(12, 1e-5)}),
+        ("elastic=5e3+encoders=link", ("elastic joints, 5000 N m/rad", "encoders on the link side"),
+         {"elasticity": 5e3, "encoders": "link"}),
+    ],
+)  # fmt: skip
+def test_each_name_changes_its_own(text, words, options, arm):
+    case = plant_case(arm, text)
+    assert (case.words, dict(case.options)) == (words, RIGID | options)
     assert case.plant is arm
-    assert dict(case.options) == {"friction": "none"}
-    assert case.words == ()
 
 
-def test_each_name_changes_its_own(arm):
-    assert plant_case(arm, "payload=3").options["payload"] == 3.0
-    heavier = plant_case(arm, "scale=1.1").plant
-    for a, b in zip(heavier.chain.bodies, arm.chain.bodies, strict=True):
+def test_names_of_another_arm_or_a_table(arm):
+    heavier, printed, table = (plant_case(arm, text) for text in ("scale=1.1", "reading=printed", "table=-0.1"))
+    for a, b in zip(heavier.plant.chain.bodies, arm.chain.bodies, strict=True):
         assert a.mass == pytest.approx(1.1 * b.mass, rel=1e-15)
-    assert plant_case(arm, "reading=printed").plant.reading == "printed"
-    assert plant_case(arm, "delay=2").options["delay"] == 2
-    table = plant_case(arm, "table=-0.1").options["external"]
-    assert (table.place.tolist(), table.normal.tolist()) == ([0.0, 0.0, -0.1], [0.0, 0.0, 1.0])
-    assert plant_case(arm, "noise=1e-4").options["encoder"] == Encoder(noise=1e-4)
-    assert plant_case(arm, "encoder=12").options["encoder"].resolution == 2 * np.pi / 4096
+    assert (heavier.words, printed.words) == (("masses times 1.1",), ("reading printed",))
+    assert printed.plant.reading == "printed"
+    wall = table.options["external"]
+    assert (wall.place.tolist(), wall.normal.tolist()) == ([0.0, 0.0, -0.1], [0.0, 0.0, 1.0])
+    assert table.words == ("a table at -0.1 m",)
 
 
 def test_friction_is_the_arms_own_else_a_share_of_the_torque_limits(arm):
     wam = lwr_dyn.load("wam7")
     assert plant_case(wam, "friction").options["friction"] == "set-valued"
-    assumed = plant_case(arm, "friction")
-    assert [model.torque(1.0).item() for model in assumed.options["friction"]] == (0.05 * arm.effort).tolist()
-    assert assumed.words == ("assumed Coulomb friction, 5 % of the torque limits",)
-    assert plant_case(arm, "friction=0.02").words == ("Coulomb friction, 2 % of the torque limits",)
+    for robot, text, share, words in (
+        (arm, "friction", 0.05, "assumed Coulomb friction, 5 % of the torque limits"),
+        (arm, "friction=0.02", 0.02, "Coulomb friction, 2 % of the torque limits"),
+        (wam, "friction=0.1", 0.1, "Coulomb friction, 10 % of the torque limits"),
+    ):
+        case = plant_case(robot, text)
+        assert [model.torque(1.0).item() for model in case.options["friction"]] == (share * robot.effort).tolist()
+        assert case.words == (words,)
 
 
 def test_two_changes_add_up(arm):
@@ -74,18 +94,6 @@ def test_an_arm_with_friction_keeps_its_own():
         arm_with_friction(lwr_dyn.load("wam7"), 0.01)
 
 
-def test_elastic_gears_are_those_of_the_file_or_of_a_stiffness(arm):
-    assert plant_case(arm, "elastic").options["elasticity"] == "file"
-    soft = plant_case(arm, "elastic=5e3+encoders=link")
-    assert (soft.options["elasticity"], soft.options["encoders"]) == (5e3, "link")
-    assert soft.words == ("elastic joints, 5000 N m/rad", "encoders on the link side")
-
-
-def test_bits_and_noise_of_an_encoder_go_together_in_any_order(arm):
-    ours = [plant_case(arm, text).options["encoder"] for text in ("encoder=12+noise=1e-5", "noise=1e-5+encoder=12")]
-    assert ours == [Encoder.of_bits(12, 1e-5)] * 2
-
-
 def test_every_row_has_a_factory_and_a_line():
     assert all(callable(PLANTS.load(name)) and PLANTS[name].about for name in PLANTS.names)
 
@@ -101,7 +109,10 @@ BAD = {
     "another side": ("elastic+encoders=top", "plant encoders: 'top'; allowed: motor or link"),
     "no stiffness": ("elastic=0", "plant elastic: '0'; allowed: the largest stiffness above 0"),
     "half a bit": ("encoder=1.5", "plant encoder: '1.5'; allowed: a number of bits from 1 to 40"),
-    "too late": ("delay=2000", "plant delay: '2000'; allowed: a number of samples from 1 to 1000"),
+    "many bits": ("encoder=41", "plant encoder: '41'; allowed: a number of bits from 1 to 40"),
+    "no delay": ("delay=0", "plant delay: '0'; allowed: a number of samples from 1 to 1000"),
+    "late": ("delay=1001", "plant delay: '1001'; allowed"),
+    "side of no name": ("elastic+encoders", "plant encoders: no value; allowed: motor or link"),
     "no height": ("table", "plant table: no value; allowed: a height in m, as table=0.1"),
     "value of nominal": ("nominal=1", "plant nominal: with the value '1'; allowed: nominal, without a value"),
     "twice": ("payload=1+payload=2", "payload twice; allowed: each change once"),

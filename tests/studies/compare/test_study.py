@@ -11,7 +11,7 @@ from lwr_dyn.foundation.errors import LwrDynError, MissingDataError, OptionError
 from lwr_dyn.studies.compare.compared_run import torque_cuts
 from lwr_dyn.studies.compare.comparison import comparison_of
 from lwr_dyn.studies.compare.plants import plant_case
-from lwr_dyn.studies.compare.study import ControllerStudy, Workshop, begin, run_in_pool
+from lwr_dyn.studies.compare.study import ControllerStudy, Workshop, begin, option_words, run_in_pool
 from tests.studies.compare.conftest import POSE
 
 LIMIT_CYCLE = (
@@ -95,6 +95,22 @@ def test_a_large_study_keeps_fewer_samples_and_the_figures_of_all(arm, move, mon
     all_of_them, runs = study(arm, move, "pid", "inverse-dynamics").run()
     assert (kept[0].t.size, runs[0].t.size) == (31, 301)
     assert few.record() == all_of_them.record()
+
+
+def test_runs_go_plant_by_plant_with_their_share_and_their_files(arm, move, tmp_path):
+    said, laws, plants = [], ("pid", "inverse-dynamics:omega-n=20"), ("delay=1", "payload=1+scale=1.1")
+    short = replace(study(arm, move, *laws, plants=plants, folder=tmp_path), options=(("duration", 0.01),))
+    compared, runs = short.run(said.append)
+    assert said == [0.25, 0.5, 0.75, 1.0]
+    words = ("delay of 1 sample", "masses times 1.1, 1 kg at the flange")
+    assert [(one.typed, one.plant) for one in compared.runs] == [(law, plant) for plant in words for law in laws]
+    notes = [run.meta["note"] for run in runs]
+    assert notes[1] == {"task": "move", "plant": words[0], "controller_options": "omega_n 20", "typed": laws[1]}
+    assert notes[2] == {"task": "move", "plant": "masses times 1.1", "typed": "pid"}
+    for k, run in enumerate(runs, 1):
+        np.testing.assert_array_equal(lwr_dyn.Run.load(tmp_path / f"run_{k}.npz").q, run.q)
+    assert option_words({"a": 1.23456, "b": True, "c": "x", "d": 3}) == "a 1.23, d 3, c x"
+    assert [replace(short, controllers=("pid",) * n).rate for n in (11, 12)] == [None, 100.0]
 
 
 def test_each_controller_is_made_once(arm, move):

@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import controller_spec
-from lwr_dyn.design.gain_search import largest_omega_n
+from lwr_dyn.design.gain_search import TunedFrequency
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.studies.compare import study
 from lwr_dyn.studies.compare.plants import plant_case
@@ -41,33 +41,46 @@ def test_the_set_is_rigid_with_delays_and_elastic_where_rotors_carry_it(physical
     assert len(cases_of(wam, 1000.0, np.zeros((1, 7)))) == 4  # no stiffness
 
 
-@pytest.mark.slow
-def test_each_law_gets_what_the_search_finds_and_a_study_uses_it(physical, move):
-    specs = [controller_spec(text) for text in LAWS]
-    found = tuned_frequencies(physical, specs, move, 1.7)
-    cases, poses = cases_of(physical, 1000.0, poses_of(move)), poses_of(move)
-    for spec, text in zip(specs, LAWS, strict=True):
-        same = largest_omega_n(physical, spec.name, cases, q=poses, peak=1.7, **spec.options)
-        assert found[text].omega_n == same.omega_n
-        assert found[text].peak <= 1.7
-    compared, runs = ControllerStudy(physical, move, LAWS, [plant_case(physical, "nominal")], peak=1.7).run()
-    gains = runs[0].meta["controller"]["parameters"]["Kp"]
-    np.testing.assert_allclose(gains, found[LAWS[0]].omega_n ** 2, rtol=1e-12)
-    assert compared.record()["tuned"][LAWS[1]]["omega_n"] == found[LAWS[1]].omega_n
-    assert any(note.startswith("inverse-dynamics: omega_n ") for note in compared.notes)
+@pytest.fixture
+def searched(monkeypatch):
+    """What the search is asked for; 20 rad/s of every law, and none of adaptive."""
+    asked = []
+
+    def found(arm, name, cases, **given):
+        asked.append((arm, name, cases, given))
+        omega_n = None if name == "adaptive" else 20.0
+        return TunedFrequency(omega_n, 1.65, given["peak"], cases[1], given["q"][0], 2, len(given["q"]))
+
+    monkeypatch.setattr(study, "largest_omega_n", found)
+    return asked
 
 
-@pytest.mark.slow
-def test_a_law_that_keeps_the_peak_nowhere_is_a_line(arm, monkeypatch):
-    monkeypatch.setattr(study, "POSES", 3)
-    move = lwr_dyn.reference("point-to-point", arm, start=POSE, end=POSE + 0.3, duration=0.05)
-    laws, cases = ("adaptive", "inverse-dynamics", "cartesian-impedance"), [plant_case(arm, "nominal")]
-    compared, _ = ControllerStudy(arm, move, laws, cases, peak=1.7).run()
-    assert [one.typed for one in compared.runs] == ["inverse-dynamics", "cartesian-impedance"]
-    assert compared.failures[0].startswith("adaptive: no omega_n keeps |S_ii| <= 1.7, rigid, 1000 Hz, delay of ")
-    assert list(compared.tuned) == ["inverse-dynamics"]
-    with pytest.raises(LwrDynError, match=r"tuned: 1\.7; allowed: a higher peak"):
-        ControllerStudy(arm, move, ["adaptive"], cases, peak=1.7).run()
+def test_the_search_gets_law_plants_poses_and_options(physical, move, searched, tmp_path):
+    (tmp_path / "mine.py").write_text("")
+    specs = [controller_spec(text) for text in (*LAWS, "hand-guiding", str(tmp_path / "mine.py"))]
+    said = []
+    found = tuned_frequencies(physical, specs, move, 1.7, 500.0, said.append)
+    assert (list(found), said) == (list(LAWS), [f"tuning {text}" for text in LAWS])
+    for (arm, name, cases, given), spec in zip(searched, specs, strict=False):
+        assert (arm, name) == (physical, spec.name)
+        assert [case.words for case in cases] == [case.words for case in cases_of(physical, 500.0, poses_of(move))]
+        assert (given.pop("peak"), given.pop("dynamics").n) == (1.7, 7)
+        np.testing.assert_array_equal(given.pop("q"), move.sample(np.array([0.0, 0.1, 0.2])).q)
+        assert given == dict(spec.options)
+
+
+def test_a_study_runs_the_laws_that_keep_the_peak_with_their_gains(physical, move, searched):
+    laws, cases = ("adaptive", "inverse-dynamics:xi=0.9"), [plant_case(physical, "nominal")]
+    options = (("rate", 500.0), ("duration", 0.02))
+    compared, (run,) = ControllerStudy(physical, move, laws, cases, options=options, peak=1.7).run()
+    where = "rigid, 500 Hz, delay of 2 samples, joint 3"
+    assert compared.failures == (f"adaptive: no omega_n keeps |S_ii| <= 1.7, {where}",)
+    assert f"{laws[1]}: omega_n 20 rad/s, where |S_ii| reaches 1.65 of 1.7 ({where})" in compared.notes
+    assert list(compared.tuned) == [laws[1]]
+    np.testing.assert_allclose(run.meta["controller"]["parameters"]["Kp"], 400.0)
+    assert run.meta["note"]["controller_options"] == "xi 0.9, omega_n 20"
+    with pytest.raises(LwrDynError, match=r"^tuned: 1\.7; allowed: a higher peak: no controller keeps it"):
+        ControllerStudy(physical, move, laws[:1], cases, peak=1.7).run()
 
 
 BAD = {

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from scipy.stats import qmc, sobol_indices, spearmanr
+from scipy.stats import chi2_contingency, kruskal, qmc, sobol_indices, spearmanr
 
 from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.studies.sweep.influence import columns, groups_of, indices_of, influences, parts_of, rank_correlation
+from lwr_dyn.studies.sweep.intervals import IntervalEstimate
 
 RNG = np.random.default_rng(5)
 RUNS = 4000
@@ -105,11 +106,46 @@ def test_the_rank_correlation_is_spearmans_and_its_interval_covers():
 
 
 def test_a_correlation_of_what_does_not_vary_is_zero_and_of_order_alone_one():
-    assert rank_correlation(np.zeros(9), np.arange(9.0)).value == 0.0
-    whole = rank_correlation(np.arange(9.0), np.exp(np.arange(9.0)))
-    assert (whole.value, whole.low, whole.high) == pytest.approx((1.0, 1.0, 1.0))
+    line = np.arange(9.0)
+    for x, y in ((np.zeros(9), line), (line, np.zeros(9)), (line, np.full(9, np.inf))):
+        assert rank_correlation(x, y) == IntervalEstimate(0.0, 0.0, 0.0)
+    whole = rank_correlation(line, np.exp(-line))
+    assert (whole.value, whole.low, whole.high) == pytest.approx((-1.0, -1.0, -1.0))
     few = rank_correlation(np.arange(3.0), np.array([1.0, 3.0, 2.0]))
-    assert (few.low, few.high) == (-1.0, 1.0)
+    assert (few.value, few.low, few.high) == (0.5, -1.0, 1.0)
+    four = rank_correlation(np.arange(4.0), np.array([1.0, 3.0, 2.0, 4.0]))  # Bonett and Wright, 2000
+    half = 1.959963984540054 * np.sqrt(1 + 0.5 * 0.8**2)
+    assert (four.value, np.arctanh(four.low), np.arctanh(four.high)) == pytest.approx(
+        (0.8, np.arctanh(0.8) - half, np.arctanh(0.8) + half)
+    )
+
+
+def test_chance_is_that_of_the_test_which_sees_more_times_all_that_was_tried():
+    """Kruskal and Wallis on ranks, or chi-squared on the shares above the quantile; Bonferroni of two a parameter."""
+    level, line = np.repeat([0.0, 1.0], 100), np.arange(200.0)
+    line[90:110] = line[90:110][::-1]
+    for metric, share in ((line, 0.5), (np.where(level == 1, 100 + np.arange(200.0) % 7, np.arange(200) % 100), 0.9)):
+        found = {one.path: one for one in influences(metric, {"a": level, "b": np.tile([0.0, 1.0], 100)}, share)}
+        above = [int((metric[level == k] > np.sort(metric)[int(share * 200) - 1]).sum()) for k in (0, 1)]
+        ranks = kruskal(metric[level == 0], metric[level == 1]).pvalue
+        shares = chi2_contingency([above, [100 - x for x in above]]).pvalue
+        assert found["a"].chance == pytest.approx(2 * 2 * min(ranks, shares), rel=1e-9)
+        assert found["b"].chance <= 1.0
+    same = influences(np.append(np.zeros(199), 1.0), {"a": level}, 0.5)[0]
+    assert same.swing == 0.0
+    assert influences(np.zeros(200), {"a": level}, 0.5)[0].chance == 1.0
+
+
+@pytest.mark.parametrize(
+    ("count", "levels", "parts"),
+    [(60, 6, [10] * 6), (59, 6, []), (70, 7, [10, 10, 20, 10, 20]), (50, 50, [10] * 5), (49, 49, [])],
+)
+def test_a_parameter_of_up_to_six_values_is_cut_by_value_and_others_in_fifths(count, levels, parts):
+    column = np.arange(count, dtype=float) % levels
+    found = influences(np.arange(count, dtype=float), {"a": column}, 0.5)
+    assert [part.estimate.runs for one in found for part in one.parts] == parts
+    for one in found:
+        assert (one.extent, one.parts[0].low, one.parts[-1].high) == (levels - 1.0, 0.0, levels - 1.0)
 
 
 def test_a_parameter_with_another_number_of_runs_is_refused():
@@ -211,9 +247,26 @@ def test_what_does_not_vary_and_what_is_too_little_has_no_indices():
     assert indices_of("tip_max", np.full(5 * 64, np.inf), ["a", "b", "c"]) is None
 
 
+def test_eight_groups_are_enough_and_intervals_are_percentiles_of_resampled_groups():
+    assert indices_of("tip_max", values_of(64)[: 5 * 8], ["a", "b", "c"]).groups == 8
+    rows, rng = design(16, 1), np.random.default_rng(3)
+    values, drawn = rows[:, 0] ** 2 + rows[:, 0], []
+    a, b, ab = values.reshape(-1, 3).T
+    centre = 0.5 * (a.mean() + b.mean())
+    for _ in range(2000):
+        x, y, z = (one[k] - centre for k in [rng.integers(0, 16, 16)] for one in (a, b, ab))
+        variance = 0.5 * (x**2 + y**2).mean() - (0.5 * (x + y).mean()) ** 2
+        drawn.append(((y * (z - x)).mean() / variance, 0.5 * ((x - z) ** 2).mean() / variance))
+    found = indices_of("tip_max", values, ["a"], seed=3)
+    wanted = np.quantile(drawn, [0.025, 0.975], axis=0).T
+    for one, ends in zip((found.first["a"], found.total["a"]), wanted, strict=True):
+        assert (one.low, one.high) == pytest.approx(tuple(ends))
+
+
 def test_values_of_another_shape_are_refused():
-    with pytest.raises(ShapeError, match=r"\(runs,\)"):
-        indices_of("tip_max", np.zeros((5, 2)), ["a"])
+    for values, names in ((np.zeros((5, 2)), ["a"]), (np.zeros(5), [])):
+        with pytest.raises(ShapeError, match=r"\(runs,\)"):
+            indices_of("tip_max", values, names)
 
 
 def test_one_parameter_explains_all():

@@ -82,3 +82,18 @@ def test_a_limit_that_breaks_by_the_noise_of_one_run_only():
 )
 def test_the_ends_of_a_span(span, ends):
     assert span.ends == ends
+
+
+@pytest.mark.parametrize(
+    ("span", "end", "at", "before"),
+    [
+        (Span("a", 1.0, 0.0, 5.0), 5.0, [1.0, 2.0, 4.0], (4.0, 3.0)),
+        (Span("a", 1.0, -3.0, 5.0), -3.0, [1.0, 0.0, -2.0], (-2.0, -1.0)),
+        (Span("a", 1.0, 0.0, 4.0, values=(0.0, 2.0, 4.0)), 4.0, [1.0, 2.0, 4.0], (4.0, 2.0)),
+        (Span("a", 3.0, 0.0, 4.0, values=(0.0, 2.0, 4.0)), 0.0, [3.0, 2.0, 0.0], (2.0, 3.0)),
+    ],
+)  # fmt: skip
+def test_values_on_the_way_and_the_one_before(span, end, at, before):
+    """At 0, 1/4 and 3/4 of the way, the nearest that is known; before a value, the one known, or a quarter less."""
+    assert span.at(np.array([0.0, 0.25, 0.75]), end).tolist() == at
+    assert span.before(before[0], end, 0.25) == before[1]

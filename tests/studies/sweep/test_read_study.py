@@ -19,6 +19,7 @@ def test_a_short_study_has_the_usual_for_all_else(read):
     study = read(HEAD + PAYLOAD)
     assert (study.name, study.method, study.runs, study.seed) == ("s", "sobol", 256, 0)
     assert study.loop == {"rate": 1000.0, "substeps": 1, "friction": "none"}
+    assert (study.chunk, study.keep, study.cutoff_hz, study.tip, study.assumed_friction) == (500, 3, 100.0, None, None)
     (one,) = study.parameters
     assert (one.path, one.distribution, one.low, one.high, one.kind) == ("payload.mass", "uniform", 0.0, 7.0, "assumed")
     assert (one.unit, one.nominal, one.distribution_words) == ("kg", 0.0, "uniform from 0 to 7")
@@ -54,9 +55,47 @@ def test_each_distribution_is_known_by_its_fields(read):
     assert [one.path for one in study.varied] == list(tables)[:4]
 
 
-def test_many_numbers_a_run_are_drawn_by_a_latin_hypercube(read):
-    assert read(HEAD + '[[parameter]]\npath = "arm.com"\nlow = -0.01\nhigh = 0.01\n').method == "latin-hypercube"
-    assert read(HEAD + '[[parameter]]\npath = "arm.mass"\nlow = 0.9\nhigh = 1.1\n').method == "sobol"
+EVERY = """
+name = "all"
+assumed_friction = 0.03
+[loop]
+rate = 500
+substeps = 2
+friction = "none"
+duration = 0.25
+friction_width = 0.03
+saturate = false
+position_limits = false
+hand_over = false
+cutoff_hz = 50
+"""
+
+
+def test_every_field_is_what_it_says(read):
+    first, loop = EVERY.split("[loop]")
+    sampling = '[sampling]\nmethod = "random"\nruns = 9\nseed = 1\nchunk = 7\nkeep = 2\n'
+    limits = "[metrics]\ntolerance = 1e-3\nquantiles = [0.5, 0.95]\n[limits]\ntip_q50 = 0\nfirst_violation = 1\n"
+    study = read(f"{first}{HEAD}[loop]{loop}{sampling}{limits}{PAYLOAD}kind = 'datasheet'\nnote = 'why'\n")
+    assert study.loop == {
+        "rate": 500.0, "substeps": 2, "friction": "none", "duration": 0.25, "friction_width": 0.03, "saturate": False,
+        "position_limits": False, "hand_over": False,
+    }  # fmt: skip
+    assert (study.name, study.assumed_friction, study.cutoff_hz) == ("all", 0.03, 50.0)
+    assert (study.method, study.runs, study.seed, study.chunk, study.keep) == ("random", 9, 1, 7, 2)
+    assert (study.tolerance, study.quantiles, study.limits) == (
+        1e-3,
+        (0.5, 0.95),
+        {"tip_q50": 0.0, "first_violation": 1.0},
+    )
+    assert (study.parameters[0].kind, study.parameters[0].note) == ("datasheet", "why")
+
+
+def test_more_than_sixteen_numbers_a_run_are_drawn_by_a_latin_hypercube(read):
+    seven = [f'[[parameter]]\npath = "{path}"\nlow = 0.9\nhigh = 1.1\n' for path in ("arm.mass", "arm.inertia")]
+    two = [f'[[parameter]]\npath = "{path}"\nlow = 0\nhigh = 1\n' for path in ("payload.mass", "payload.com.x")]
+    more = '[[parameter]]\npath = "payload.com.y"\nlow = 0\nhigh = 1\n'
+    text = HEAD + "".join([*seven, *two])
+    assert [read(one).method for one in (text, text + more)] == ["sobol", "latin-hypercube"]
 
 
 def test_comments_and_limits_do_not_change_the_digest(read):
@@ -84,25 +123,26 @@ def test_a_grid_counts_its_levels_and_tasks_vary_by_choice(read):
     np.testing.assert_allclose(values["payload.mass"], np.arange(8).repeat(3))
 
 
+OWN = "def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return 0 * q\n"
+
+
 def test_files_stand_beside_the_study_and_count_by_their_content(read, tmp_path):
-    own = "def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return 0 * q\n"
-    (tmp_path / "mine.py").write_text(own, encoding="utf-8")
+    (tmp_path / "mine.py").write_text(OWN, encoding="utf-8")
     text = HEAD.replace("robust:omega_n=20", "mine.py") + PAYLOAD
     study = read(text)
     assert list(study.sources) == ["mine.py"]
     assert controller_of_study(study, "mine.py").name == "mine.py"
-    (tmp_path / "mine.py").write_text(own + "# other\n", encoding="utf-8")
+    (tmp_path / "mine.py").write_text(OWN + "# other\n", encoding="utf-8")
     assert read(text).digest != study.digest
 
 
 def test_files_of_one_name_in_two_folders_count_both(read, tmp_path):
-    own = "def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return 0 * q\n"
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
-        (tmp_path / folder / "mine.py").write_text(own, encoding="utf-8")
+        (tmp_path / folder / "mine.py").write_text(OWN, encoding="utf-8")
     text = HEAD.replace("robust:omega_n=20", 'a/mine.py", "b/mine.py') + PAYLOAD
     before = read(text).digest
-    (tmp_path / "a" / "mine.py").write_text(own + "# other\n", encoding="utf-8")
+    (tmp_path / "a" / "mine.py").write_text(OWN + "# other\n", encoding="utf-8")
     assert read(text).digest != before
 
 

@@ -1,17 +1,22 @@
 """The report of a study: its numbers, its charts at the right places, names escaped, no request, axe on all screens."""
 
+import json
 import re
 from dataclasses import replace
+from html import unescape
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from lwr_dyn.foundation.errors import DivergenceError
 from lwr_dyn.studies.sweep import charts, report_page
 from lwr_dyn.studies.sweep.intervals import share_text
 from lwr_dyn.studies.sweep.running.sweep import sweep
 from lwr_dyn.studies.sweep.running.sweep_folder import SweepResults
-from lwr_dyn.studies.sweep.summary import summarise
-from lwr_dyn.studies.sweep.summary_document import quantile_text
+from lwr_dyn.studies.sweep.summary import draw_columns, summarise
+from lwr_dyn.studies.sweep.summary_document import about_text, quantile_text, value_text
+from lwr_dyn.studies.sweep.vocabulary import metric_words
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
 from tests.headless import logs, screenshot, waiting
 from tests.pages.replay.replayed import lagging_run
@@ -84,90 +89,14 @@ def test_greys_differ_by_their_dashes(summary):
     assert [inks[name] for name in names[:3]] == ["r3", "r2", "r1"]
 
 
-def test_a_histogram_counts_every_run_and_says_how_many_it_does_not_show(summary):
-    figures = tip_figures(summary)
-    axis, one = charts.values_axis(list(figures.values())), figures[CONTROLLERS[1]]
-    shown = 1e3 * one.sample
-    beyond = int((~((shown >= axis.low) & (shown <= axis.high))).sum())
-    text = charts.histograms_html(figures, INKS)
-    assert f"{beyond} of 1024 beyond the axis" in text
-    heights = [1000 - int(v) for v in re.findall(r"V(\d+)H", re.findall(r'class="bars" d="([^"]+)"', text)[1])]
-    counts, _ = np.histogram(axis.share(shown[np.isfinite(shown)]), bins=60, range=(0.0, 1.0))
-    np.testing.assert_allclose(heights, 1000 * counts / counts.max(), atol=0.51)
-    at = float(re.search(r'class="limit" style="left:([\d.]+)%', text)[1])
-    assert at == pytest.approx(100 * float(axis.share(0.6)), abs=0.01)
-
-
-def test_the_curve_of_the_worst_runs_is_their_share(summary):
-    figures = tip_figures(summary)
-    axis = charts.values_axis(list(figures.values()))
-    text = charts.worst_share_html(figures, INKS, True)
-    points = re.search(r'<path class="r2" d="M([^"]+)"', text)[1].split()
-    ordered = np.sort(1e3 * figures[CONTROLLERS[1]].sample)
-    for point in points[10:-2:20]:
-        across, down = map(int, point.split(","))
-        share = 10.0 ** (np.log10(1024.0) * (1.0 - down / 1000.0) - np.log10(1024.0))
-        value = ordered[round(1024 * (1.0 - share))]
-        assert float(axis.share(value)) == pytest.approx(across / 2000, abs=0.01)
-
-
 def test_a_metric_that_is_the_same_in_all_runs_is_a_sentence():
-    made = study(64, limits={"tip_max": 1e-3, "saturated_s": 0.02})
-    still = {name: replace(one, metrics={**one.metrics, "saturated_s": np.zeros((64, 2))})
-             for name, one in runs_of(made).items()}  # fmt: skip
-    card = (
-        report_page.report_html(summarise(made, still))
-        .split("<h2>Time beyond the torque limit")[1]
-        .split("</section>")[0]
-    )
-    assert "0 s in all 192 runs of 3 controllers; limit 0.02 s." in card
-    assert "<svg" not in card
-    still[FIRST].metrics["saturated_s"][5] = 0.1
-    assert "<svg" in report_page.report_html(summarise(made, still)).split("<h2>Time beyond")[1].split("</section>")[0]
-
-
-def test_a_tornado_reaches_from_the_best_part_to_the_worst(summary):
-    one = summary.controllers[FIRST].metrics["tip_max"]
-    text = charts.tornado_html(one, report_page.column_units(summary))
-    names = re.findall(r'class="what">([^<]+)<', text)
-    assert names[:2] == ["payload.mass", "loop.delay"]
-    bars = [
-        tuple(map(float, found))
-        for found in re.findall(r'class="bar[^"]*" style="left:([\d.]+)%;width:([\d.]+)%', text)
-    ]
-    swings = [each.swing for each in one.influence[: len(bars)]]
-    finite = [k for k, swing in enumerate(swings) if np.isfinite(swing)]
-    ratios = [bars[k][1] / swings[k] for k in finite]
-    np.testing.assert_allclose(ratios, ratios[0], rtol=0.1, atol=0.0)
-    assert " kg; rank correlation +0." in text
-    assert text.count("hollow") == sum(not each.is_clear for each in one.influence[: len(bars)])
-
-
-def test_gauges_end_where_a_limit_breaks(summary):
-    search = summary.controllers[CONTROLLERS[1]].outwards
-    text = charts.outwards_html(search)
-    assert f"width:{100 * search.lines[0].share:.2f}%" in text
-    kept, broken = map(float, re.search(r"tip_max kept at ([\d.]+), broken at ([\d.]+)", text).groups())
-    assert kept < 4.3 <= broken  # kg, by the formula
-
-    assert "Keep every limit alone: arm.mass to 0.8" in text
-    assert "Broken with every parameter at its nominal value: tip_max" in charts.outwards_html(
-        replace(search, at_nominal=("tip_max",))
-    )
-
-
-def test_indices_are_drawn_as_large_as_they_are():
-    made = replace(study(8 * 64, "saltelli"), limits={})
-    one = summarise(made, runs_of(made)).controllers[FIRST].metrics["tip_max"]
-    assert one.indices is None or one.indices.groups < 64  # groups with a run that diverged are left out
-    safe = summarise(made, {FIRST: replace(runs_of(made)[FIRST], metrics={"tip_max": np.arange(512.0) % 8})})
-    found = safe.controllers[FIRST].metrics["tip_max"].indices
-    text = charts.indices_html(found)
-    assert "64 groups of runs" in text
-    first = max(found.total, key=lambda path: found.total[path].value)
-    width = 100 * min(1.0, max(0.0, found.total[first].value))
-    assert f'total" style="left:0;width:{width:.2f}%' in text
-    assert "Sobol indices" in report_page.report_html(safe)
+    made, title = study(64, limits={"tip_max": 1e-3, "saturated_s": 0.02}), "Time beyond the torque limit, worst joint"
+    cut = np.zeros((64, 2))
+    still = {name: replace(one, metrics={**one.metrics, "saturated_s": cut}) for name, one in runs_of(made).items()}
+    page = cards(report_page.report_html(summarise(made, still)))
+    assert page[title] == "<p>0 s in all 192 runs of 3 controllers; limit 0.02 s.</p>"
+    cut[5] = 0.1
+    assert "<svg" in cards(report_page.report_html(summarise(made, still)))[title]
 
 
 def test_a_line_goes_through_the_values_of_its_run(summary):
@@ -192,12 +121,112 @@ def test_a_line_goes_through_the_values_of_its_run(summary):
 
 
 def test_the_worst_runs_stand_with_their_parameters(summary, worst):
-    text = report_page.worst_table_html(summary, INKS, report_page.column_units(summary), worst)
-    row = summary.controllers[FIRST].worst[0]
-    runs = summary.controllers[FIRST].runs
-    assert f'<td class="n">{runs.run[row]}</td>' in text
-    assert f'<td class="n">{runs.values["payload.mass"][row]:.3g}</td>' in text
-    assert text.count("data-replay=") == len(worst)
+    units = report_page.column_units(summary)
+    text = report_page.worst_table_html(summary, INKS, units, worst)
+    heads = re.findall(r'<th scope="col">(.*?) <small>(.*?)</small>', text)
+    assert heads[:6] == [
+        ("controller", ""), ("run", ""), ("replay", ""), ("error of the tip, largest", "mm"),
+        ("least distance from a position limit, worst joint", "mrad"), ("flag", ""),
+    ]  # fmt: skip
+    paths = [name for name, _ in heads[6:]]
+    assert (len(paths), paths[:2]) == (10, ["payload.mass", "loop.delay"])
+    assert [unit for _, unit in heads[6:]] == [units[path] for path in paths]
+    rows = re.findall(r"<tr>(<th scope=\"row\">.*?)</tr>", text)
+    assert len(rows) == 2 * len(CONTROLLERS)
+    figures = summary.controllers[FIRST]
+    for row, html, button in zip(figures.worst, rows, (0, 1), strict=False):
+        cells = re.findall(r'<td class="n">(.*?)</td>', html)
+        tip, margin = (figures.metrics[name].badness[row] for name in ("tip_max", "limit_margin"))
+        drawn = draw_columns(summary.study, figures.runs)
+        assert cells[:4] == [
+            f"{figures.runs.run[row]}", value_text(metric_words("tip_max"), tip),
+            value_text(metric_words("limit_margin"), margin), figures.runs.flags[row] or "none",
+        ]  # fmt: skip
+        assert cells[4:] == [x if isinstance(x, str) else f"{x:.3g}" for x in (drawn[path][row] for path in paths)]
+        said = f'<span class="unseen"> of {FIRST}, run {figures.runs.run[row]}</span>'
+        assert f'data-replay="{button}">Replay{said}</button>' in html
+    assert text.count("data-replay=") == len(worst) == 3
+    assert "10 of 11 parameters; the files of results have all." in text
+
+
+def cards(text):
+    """Title -> inside, of a page."""
+    return dict(re.findall(r'<section class="card"><h2>(.*?)</h2>(.*?)</section>', text, re.DOTALL))
+
+
+def test_the_page_has_its_cards_and_says_first_what_was_found(summary):
+    text = report_page.report_html(summary)
+    assert list(cards(text)) == [
+        "Controllers", "Error of the tip, largest", "Least distance from a position limit, worst joint",
+        "What each parameter does", "Which parameter breaks a limit first", "Runs over all parameters", "Worst runs",
+        "What was varied",
+    ]  # fmt: skip
+    said = re.findall(r"<li>(.*?)</li>", re.search(r'<ul class="say">(.*?)</ul>', text)[1])
+    order = sorted(CONTROLLERS, key=lambda name: -summary.controllers[name].within.value)
+    shares = [f"{x} keeps all limits in {share_text(summary.controllers[x].within)} of 1024 runs." for x in order]
+    assert said[-4:] == [about_text(summary), *shares]
+    assert "smaller value" in cards(text)["Least distance from a position limit, worst joint"]
+    assert "larger value" in cards(text)["Error of the tip, largest"]
+    row = "<td>payload.mass</td><td>payload.mass</td><td>uniform from 0 to 7</td><td>kg</td><td>0</td><td>assumed</td>"
+    assert row in re.sub(r"<t[dh][^>]*>", "<td>", cards(text)["What was varied"].replace("</th>", "</td>"))
+    assert (charts.MOST_LINES, text.count("data-replay="), text.count("<script")) == (150, 0, 0)
+    made = replace(study(8 * 64, "saltelli"), limits={})
+    sobol = cards(report_page.report_html(summarise(made, {FIRST: runs_of(made)[FIRST]})))
+    assert list(sobol)[2:5] == ["What each parameter does", "Sobol indices", "Runs over all parameters"]
+    assert "Shares of the variance of error of the tip, largest: filled alone" in sobol["Sobol indices"]
+
+
+def test_what_was_not_looked_at_is_said_controller_by_controller(summary):
+    title = "Which parameter breaks a limit first"
+    some = dict(summary.controllers)
+    for name in (FIRST, "adaptive"):
+        some[name] = replace(some[name], outwards=None)
+    part = replace(summary, controllers=some, not_searched={FIRST: "it has no kernel form"})
+    inside = cards(report_page.report_html(part))[title]
+    notes = re.findall(r'<p class="note">(.*?)</p>', inside)
+    assert (notes[1], notes[3]) == ("Not looked at: it has no kernel form.", "Not looked at: no runs.")
+    assert inside.count('class="limit"') == len(some[CONTROLLERS[1]].outwards.broken) > 0
+    none = {name: replace(one, outwards=None) for name, one in summary.controllers.items()}
+    assert title not in cards(report_page.report_html(replace(summary, controllers=none)))
+
+
+def test_a_finished_sweep_has_its_page_and_its_worst_runs_alone(arm, tmp_path, monkeypatch):
+    """Of three controllers one is slow; one of the worst runs diverges when it is made again."""
+    made, asked = replace(study(64), keep=1), []
+
+    def run(text, number):
+        asked.append((text, number))
+        if text == CONTROLLERS[1]:
+            raise DivergenceError(0.1, "joint_1", "inf", "less")
+        return lagging_run(arm, 0.01, "pid")
+
+    def further(text, values, hand_over):
+        return evaluate(text, values) if hand_over else None
+
+    shop = SimpleNamespace(arm=arm, run=run, is_slow=lambda text: text == FIRST, evaluate=further)
+    monkeypatch.setattr(report_page, "SweepWorkshop", lambda of: shop)
+    (tmp_path / "worst").mkdir()
+    for name in ("a-run-1.npz", "notes.txt"):
+        (tmp_path / "worst" / name).write_text("")
+    results = SimpleNamespace(controllers=runs_of(made), folder=tmp_path, failures={})
+    done = report_page.finish(made, results)
+    assert asked == done.summary.worst()
+    number = dict(asked)
+    files = [f"inverse-dynamics-run-{number[FIRST]}.npz", f"adaptive-run-{number['adaptive']}.npz"]
+    assert done.worst == tuple(tmp_path / "worst" / name for name in files)
+    assert sorted(path.name for path in (tmp_path / "worst").iterdir()) == sorted([*files, "notes.txt"])
+    assert done.summary.not_searched == {FIRST: "it has no kernel form"}
+    searched = [one.outwards is not None for one in done.summary.controllers.values()]
+    assert searched == [False, True, True]
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert page.count('data-replay="') == 2
+    for part in ('<div id="replay-place" hidden></div>', "A replay is the run again by simulate;", 'id="replays"'):
+        assert page.count(part) == 1
+    assert "frame-src 'self'; base-uri 'none'" in unescape(page)
+    labels = json.loads(re.search(r'id="replays">(.*?)</script>', page)[1])["labels"]
+    assert labels == [f"{name}, run {number[name]}" for name in (FIRST, "adaptive")]
+    results.controllers = {}
+    assert report_page.finish(made, results) is None
 
 
 @pytest.mark.slow

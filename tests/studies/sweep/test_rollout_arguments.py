@@ -14,8 +14,22 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.chain import Body, with_bodies, with_payload
 from lwr_dyn.model.friction import smooth_friction, symmetric
 from lwr_dyn.studies.sweep.read_study import study_of_text
-from lwr_dyn.studies.sweep.rollout_arguments import _largest_inertias, controller_of_run, rollout_arguments, rows_of
-from lwr_dyn.studies.sweep.sweep_study import arm_of_study, controller_of_study, references_of_study
+from lwr_dyn.studies.sweep.rollout_arguments import (
+    _largest_inertias,
+    _references,
+    controller_of_run,
+    plant_parameters,
+    rollout_arguments,
+    rows_of,
+)
+from lwr_dyn.studies.sweep.sampling import VariedParameter
+from lwr_dyn.studies.sweep.sweep_study import (
+    SweepStudy,
+    arm_of_study,
+    controller_of_study,
+    references_of_study,
+    task_choices,
+)
 from lwr_dyn.studies.sweep.vocabulary import METRICS, PATHS
 
 HEAD = """
@@ -130,8 +144,10 @@ def test_a_reading_of_the_plant_brings_its_bodies(tmp_path):
         np.testing.assert_allclose(row.reshape(7, 10), inertial_parameters(with_bodies(arm.chain, bodies)), atol=1e-14)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("text", ["inverse-dynamics", "pid", "robust"])
+SLOW = [pytest.param(text, marks=pytest.mark.slow) for text in ("pid", "robust")]
+
+
+@pytest.mark.parametrize("text", ["inverse-dynamics", *SLOW])
 def test_gains_are_those_of_controllers_made_one_by_one(text, tmp_path):
     study = study_of(tmp_path, {"controller.omega_n": "values = [20, 60]"})
     values, given = arguments(study, text)
@@ -159,6 +175,26 @@ def test_tasks_are_numbered_in_the_order_of_the_references(tmp_path):
     chosen = given["parameters"]["reference"].astype(int)
     durations = [references_of_study(study)[k].duration for k in chosen]
     np.testing.assert_array_equal(durations, values["task.duration"])
+
+
+def test_tasks_of_two_options_are_numbered_with_the_last_fastest():
+    options = {"task.a": (5.0, 6.0, 7.0), "task.b": (1.0, 2.0)}
+    parameters = tuple(VariedParameter(path, "choice", (path,), values=x) for path, x in options.items())
+    study = SweepStudy("s", "lwr4plus", "", ("pid",), "hold", parameters=parameters)
+    values = {"task.a": np.array([5.0, 6.0, 7.0, 7.0]), "task.b": np.array([2.0, 1.0, 1.0, 2.0])}
+    chosen = _references(study, values)
+    assert chosen.tolist() == [1, 2, 4, 5]
+    choices = task_choices(study)
+    assert [choices[int(k)] for k in chosen] == [
+        {"a": a, "b": b} for a, b in zip(values["task.a"], values["task.b"], strict=True)
+    ]  # fmt: skip
+
+
+def test_an_unknown_torque_limit_is_a_large_one_and_nothing_of_the_plant_varies_with_the_law_alone():
+    study = SweepStudy("s", "kr30ha", "", ("pid",), "hold", loop={"friction": "none"})
+    found = plant_parameters(study, {"reading": np.array(["kuka", "kuka"])})
+    assert (set(found), found["effort"].tolist()) == ({"inertia", "armature", "effort"}, [[1e9] * 6] * 2)
+    assert plant_parameters(study, {}) == {}
 
 
 def test_the_longest_delay_is_that_of_the_kernel():
@@ -207,16 +243,16 @@ def test_a_controller_in_a_file_gets_its_options_and_its_payload(tmp_path):
     )
     head = HEAD.replace('"inverse-dynamics", "robust", "pid"', '"mine.py"')
     paths = {
-        "controller.gain": "low = 0\nhigh = 2",
-        "payload.mass": "low = 0\nhigh = 7",
-        "payload.known": "values = [0, 1]",
-    }
-    study = study_of(tmp_path, paths, head)
-    values, given = arguments(study, "mine.py")
-    assert set(given["parameters"]) == {"payload"}
-    arm, q = arm_of_study(study), np.full(7, 0.3)
-    for i in (0, 5):
-        chain = with_payload(arm.chain, values["payload.known"][i] * values["payload.mass"][i])
-        expected = values["controller.gain"][i] * lwr_dyn.dynamics_of(arm.with_chain(chain)).gravity_vector(q)
-        torque = controller_of_run(study, "mine.py", values, i)(0.0, q, q, q, q, q)
-        np.testing.assert_allclose(torque, expected, rtol=1e-12)
+        "controller.gain": "low = 0\nhigh = 2", "payload.mass": "low = 0\nhigh = 7", "payload.known": "values = [0, 1]",
+    }  # fmt: skip
+    for more in ({}, {"payload.com.x": "low = 0.1\nhigh = 0.2"}):
+        study = study_of(tmp_path, paths | more, head)
+        values, given = arguments(study, "mine.py")
+        assert set(given["parameters"]) == {"payload", *(["payload_com"] if more else [])}
+        arm, q = arm_of_study(study), np.full(7, 0.3)
+        for i in (0, 5):
+            com = [values["payload.com.x"][i] if more else 0.0, 0.0, 0.0]
+            chain = with_payload(arm.chain, values["payload.known"][i] * values["payload.mass"][i], com)
+            expected = values["controller.gain"][i] * lwr_dyn.dynamics_of(arm.with_chain(chain)).gravity_vector(q)
+            torque = controller_of_run(study, "mine.py", values, i)(0.0, q, q, q, q, q)
+            np.testing.assert_allclose(torque, expected, rtol=1e-12)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import sobol_indices
 
-from lwr_dyn.studies.sweep.sampling import METHODS, points, saltelli_rows
+from lwr_dyn.studies.sweep.sampling import METHODS, VariedParameter, points, saltelli_rows
 
 SIZES = (1, 3, 1)
 LEVELS = (4, 2, 3, 5, 20)
@@ -98,3 +98,32 @@ def test_saltelli_gives_the_indices_of_ishigami():
 
 def test_without_parameters_there_are_no_numbers():
     assert points("sobol", (), (), 0, 1, 3).shape == (2, 0)
+
+
+CUT = {"low": -0.01, "high": 0.02}
+
+
+@pytest.mark.parametrize(
+    ("distribution", "given", "words", "ends"),
+    [
+        ("uniform", CUT, "uniform from -0.01 to 0.02", (-0.01, 0.02)),
+        ("fixed", {"values": (0.5,)}, "0.5", (0.5, 0.5)),
+        ("normal", {"mean": 1.0, "deviation": 0.1}, "normal, mean 1, deviation 0.1", (0.7, 1.3)),
+        ("normal", {"deviation": 1.0, **CUT}, "normal, mean 0, deviation 1 cut from -0.01 to 0.02", (-0.01, 0.02)),
+        ("normal", {"deviation": 1.0, "low": -0.5}, "normal, mean 0, deviation 1 cut from -0.5", (-0.5, 3.0)),
+        ("choice", {"values": (2.0, 0.0, 1.0)}, "one of 2, 0, 1", (0.0, 2.0)),
+        ("choice", {"values": ("printed", "kuka")}, "one of printed, kuka", ("printed", "kuka")),
+        ("levels", {"values": (1.0, 2.0)}, "levels 1, 2", (1.0, 2.0)),
+    ],
+)
+def test_a_distribution_in_words_and_its_ends(distribution, given, words, ends):
+    one = VariedParameter("a", distribution, ("a",), **given)
+    assert one.distribution_words == words
+    assert (one.lowest, one.highest) == (ends if one.is_text else pytest.approx(ends))
+    assert (one.is_varied, one.is_text) == (distribution != "fixed", "kuka" in words)
+    if one.values:
+        count = len(one.values)
+        assert one.values_of((np.arange(count) + 0.999) / count).tolist() == list(one.values)
+        assert one.values_of(np.array([1.0])) == one.values[-1]
+    elif distribution == "uniform":
+        assert one.values_of(np.array([0.0, 0.25])) == pytest.approx([-0.01, -0.0025])

@@ -11,6 +11,8 @@ import lwr_dyn
 from lwr_dyn.design.defaults import law_stability
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.model.arm import JointLimits, arm_with_payload
+from lwr_dyn.model.friction import symmetric
+from lwr_dyn.studies.sweep import study_template as template
 from lwr_dyn.studies.sweep.read_study import study_of_text
 from lwr_dyn.studies.sweep.study_template import DELAYS, study_template
 from lwr_dyn.studies.sweep.sweep_study import references_of_study
@@ -64,6 +66,49 @@ def test_the_load_is_one_that_the_torque_limits_hold_along_the_task():
     used = [np.abs(heaviest * own + share * of_load).max() / effort for share in (0.9, 1.1)]
     assert load.high < 0.09 * sum(body.mass for body in arm.chain.bodies)
     assert used[0] < 1.0 - dry < used[1]
+
+
+@pytest.mark.parametrize(("effort", "own"), [(150.0, 0.0), (1e3, 0.0), (1e4, 0.0), (1e3, 300.0)])
+def test_the_steps_of_friction_are_those_that_its_fastest_rate_needs(effort, own):
+    """A smooth law that turns over 0.02 rad/s brakes with 0.02 of the limit over that speed, 1.5 times as fast at most
+    as RK4 bears at 1000 Hz; 64 steps are the most."""
+    arm = lwr_dyn.load(URDF)
+    friction = (symmetric(own, 0.0),) * 6 if own else arm.friction
+    arm = replace(arm, limits=tuple(replace(x, effort=effort) for x in arm.limits), friction=friction)
+    move, dynamics = chosen_move(arm), lwr_dyn.dynamics_of(arm)
+    B = dynamics.mass_matrix(move.sample(np.linspace(0.0, move.duration, 21)).q)
+
+    def steps(coulomb):
+        rates = np.linalg.eigvals(np.linalg.inv(B) * (coulomb / 0.02)).real
+        return int(2 ** np.ceil(np.log2(max(1.5 * rates.max() / 1000.0 / 2.7, 1.0))))
+
+    need, given = steps(0.02 * effort), steps(own)
+    what = "2 % of the torque limits" if need > 64 else "the arm's own friction"
+    why = f"{what} would need {max(need, given)} RK4 steps a sample, without rotor inertia"
+    found = template._friction(arm, dynamics, move)
+    if max(need, given) <= 64:
+        assert found == template._StudyFriction(max(need, given), True, True)
+        assert template._steps_lines(found) == f"substeps = {max(need, given):<16d}"
+    else:
+        assert found == template._StudyFriction(1 if given > 64 else given, given <= 64, False, why)
+        assert template._steps_lines(found).startswith('friction = "none"') == (given > 64)
+
+
+def test_the_template_says_how_the_arm_moves_and_what_is_asked():
+    arm = lwr_dyn.load(URDF)
+    lines = study_template("x.toml", "x", str(URDF), arm).splitlines()
+    move = chosen_move(arm)
+    ends = [f"[{', '.join(f'{x:.2f}' for x in np.degrees(q))}]" for q in move.waypoints]
+    assert {f"from-deg = {ends[0]}", f"to-deg = {ends[1]}", "duration = 2                # s"} <= set(lines)
+    assert 'controllers = ["inverse-dynamics", "robust:omega-n=50"]' in lines
+    assert "saturated_s = 0             # s beyond a torque limit" in lines
+    assert "#     lwr-dyn sweep x.toml --out x" in lines
+    assert not [line for line in lines if "@@" in line or line.startswith("reading")]
+    study = read(str(URDF), arm)
+    assert study.loop["friction_width"] == 0.02
+    assert [(one.low, one.high) for one in study.parameters if one.path in ("arm.mass", "friction.coulomb")] == [
+        (0.9, 1.1), (0.0, 0.02),
+    ]  # fmt: skip
 
 
 def _torques(arm, move):

@@ -5,8 +5,13 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter, deque
+from contextlib import suppress
 from functools import partial
+from multiprocessing import Pipe
 from pathlib import Path
+from threading import Thread
+from types import SimpleNamespace
 
 import pytest
 
@@ -43,6 +48,110 @@ def test_a_process_that_dies_costs_its_own_chunk_only(tmp_path):
     assert done[CHUNKS[3]] == schedulers.ChunkFault("run 13: no")
 
 
+def test_a_process_without_its_first_one_ends(monkeypatch):
+    parents, slept = iter([5, 5, 1, 5]), []
+
+    def ended(code):
+        raise SystemExit(code)
+
+    monkeypatch.setattr(schedulers, "os", SimpleNamespace(getppid=lambda: next(parents), _exit=ended))
+    monkeypatch.setattr(schedulers, "time", SimpleNamespace(sleep=slept.append))
+    with pytest.raises(SystemExit, match="1"):
+        schedulers._end_with(5)
+    assert slept == [0.2, 0.2]
+
+
+def test_a_chunk_that_kills_its_process_goes_to_the_end_and_is_given_up_the_third_time():
+    def worker(ready=True, chunk=CHUNKS[1]):
+        process = SimpleNamespace(join=lambda *_: None, kill=lambda: None, exitcode=-9)
+        return schedulers._Worker(process, SimpleNamespace(close=lambda: None), chunk, ready)
+
+    deaths, left = Counter(), deque([CHUNKS[2]])
+    assert list(schedulers._died(worker(), deaths, left)) == list(schedulers._died(worker(), deaths, left)) == []
+    assert list(left) == [CHUNKS[2], CHUNKS[1], CHUNKS[1]]
+    why = schedulers.ChunkFault("its process died 3 times (killed by SIGKILL)")
+    assert list(schedulers._died(worker(), deaths, left)) == [(CHUNKS[1], why)]
+    for begun in (worker(ready=False), worker(chunk=None)):
+        with pytest.raises(schedulers.WorkerStartError, match=r"before its first one \(killed by SIGKILL\)"):
+            list(schedulers._died(begun, deaths, left))
+
+
+def test_a_process_is_spawned_with_its_work_and_one_end_of_a_pipe(monkeypatch):
+    made = []
+
+    class Process:
+        def __init__(self, **given):
+            made.append(given)
+
+        def start(self):
+            made.append("started")
+
+    def context(kind):
+        made.append(kind)
+        return SimpleNamespace(Pipe=Pipe, Process=Process)
+
+    monkeypatch.setattr(schedulers, "get_context", context)
+    worker = schedulers._started(work)
+    there, sent = made[1].pop("args")
+    assert made == ["spawn", {"target": schedulers._serve, "daemon": True}, "started"]
+    assert (sent, there.closed, worker.pipe.closed, worker.chunk, worker.ready) == (work, True, False, None, False)
+
+
+@pytest.fixture
+def served(monkeypatch):
+    """Threads in place of processes: one that raises SystemExit is a process that ends with exit code 3."""
+    begun = []
+
+    def started(work):
+        here, there = Pipe()
+
+        def serve():
+            with suppress(SystemExit):
+                schedulers._serve(there, work)
+            there.close()
+
+        begun.append(Thread(target=serve, daemon=True))
+        begun[-1].start()
+        process = SimpleNamespace(join=lambda *_: None, kill=lambda: None, exitcode=3)
+        return schedulers._Worker(process, here)
+
+    monkeypatch.setattr(schedulers, "_started", started)
+    monkeypatch.setattr(schedulers.signal, "signal", lambda *_: None)  # of the first thread alone
+    monkeypatch.setattr(schedulers, "_end_with", lambda first: None)
+    return begun
+
+
+def test_workers_take_chunks_one_by_one_and_are_replaced_when_they_die(served):
+    def made(chunk):
+        if chunk.number == 1:
+            raise SystemExit
+        return work(None, chunk) if chunk.number == 3 else bytes(range(chunk.first, chunk.stop))
+
+    done = list(schedulers.in_processes(CHUNKS, made, 2))
+    assert sorted(chunk for chunk, _ in done) == CHUNKS
+    found = dict(done)
+    assert found.pop(CHUNKS[1]) == schedulers.ChunkFault("its process died 3 times (exit code 3)")
+    assert found.pop(CHUNKS[3]) == schedulers.ChunkFault("run 13: no")
+    assert found == {chunk: bytes(range(chunk.first, chunk.stop)) for chunk in (CHUNKS[k] for k in (0, 2, 4, 5))}
+    assert 3 <= len(served) <= 5  # two, and one more where a death leaves more chunks than idle workers
+    for thread in served:
+        thread.join(10)
+        assert not thread.is_alive()
+    with pytest.raises(RuntimeError, match="ZeroDivisionError: "):
+        list(schedulers.in_processes(CHUNKS, lambda chunk: 1 // 0, 1))
+    assert list(schedulers.in_processes([], made, 2)) == []
+
+
+def test_workers_that_die_before_they_begin_end_the_sweep(served, monkeypatch):
+    def ended(pipe, work):
+        raise SystemExit
+
+    monkeypatch.setattr(schedulers, "_serve", ended)
+    with pytest.raises(schedulers.WorkerStartError, match=r"before its first one \(exit code 3\); allowed: a smaller"):
+        list(schedulers.in_processes(CHUNKS, work, 1))
+
+
+@pytest.mark.slow
 def test_processes_that_cannot_begin_end_the_sweep():
     with pytest.raises(schedulers.WorkerStartError, match="exit code 3"):
         list(schedulers.in_processes(CHUNKS, Unreadable(), 1))
