@@ -1,9 +1,10 @@
 """Faults planted in the code, one at a time, in copies of the tree: does the test of the module see them?
 
-Drawn evenly over the lines of the whole package, Python and C. Each is tried with the tests that its module's name finds, and no
-other: `test_<module>.py` and `test_<module>_<aspect>.py` in the folder of tests that mirrors the module's, its row in
-`tests/covered.toml`, its examples; first those that plain `pytest` runs, then the slow ones. Tests run in a fork of a
-process that has loaded the libraries. Tests that do not end in `PATIENCE` have seen a fault if they end without it.
+Drawn evenly over the lines of the whole package, those in C included (not the JavaScript of pages). Each is tried with
+the tests that its module's name finds, and no other: `test_<module>.py` and `test_<module>_<aspect>.py` in the folder
+of tests that mirrors the module's, its row in `tests/covered.toml`, its examples; first those that plain `pytest` runs,
+then the slow ones. Tests run in a fork of a process that has loaded the libraries. Tests that do not end in `PATIENCE`
+have seen a fault if they end without it.
 
 The draw that is reported follows from the last commit of tests, so no test was written for it. Work with others:
 `LWR_DYN_MUTANTS` (how many), `LWR_DYN_MUTANT_SEED`, `LWR_DYN_MUTANT_PLACES` (such as "krl,control/laws"),
