@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.design import gain_search
 from lwr_dyn.design.gain_search import largest_omega_n
 from lwr_dyn.design.loop_judgement import LoopCase
 from lwr_dyn.design.loop_margins import largest_sensitivity
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, UnknownNameError
 from tests.design.margin_cases import arm, dynamics, law, linear
 from tests.simulation.sample_runs import one_joint
-from tests.slips import uncaught
 
 
 def ist(reading="physical", count=9):
@@ -81,31 +79,16 @@ def damper(omega_n):
     return linear(np.zeros((1, 1, 1)), np.full((1, 1, 1), 2.0 * omega_n))
 
 
-def check(module):
+def test_a_damper_is_limited_where_hand_computation_says():
     """m dv = -Kd v with Kd = m omega: v+ = (1 - T omega) v, |S| = 1 / (1 - T omega / 2) at half the rate."""
 
     def found(*cases, **options):
-        return module.largest_omega_n(one_joint(mass=2.0), damper, cases, q=[[0.0]], peak=2.0, **options)
+        return largest_omega_n(one_joint(mass=2.0), damper, cases, q=[[0.0]], peak=2.0, **options)
 
     largest = found(LoopCase(), most=5000.0)
     assert (largest.omega_n, largest.peak) == pytest.approx((1000.0, 2.0), rel=0.01)
     assert (largest.at_most, found(LoopCase(), most=300.0).at_most) == (False, True)
     assert found(LoopCase(rate=500.0), LoopCase()).omega_n == pytest.approx(500.0, rel=0.01)
-
-
-SLIPS = (
-    ("if holds else (low, middle, found)", "if not holds else (low, middle, found)"),
-    ("if peaks[i, joint] > worst.peak", "if peaks[i, joint] < worst.peak"),
-    ("if worst.peak > self.peak", "if worst.peak > 2 * self.peak"),
-    ("at_most=low == top", "at_most=low != top"),
-    ("> GROWS] = np.inf", "> 9 * GROWS] = np.inf"),
-    ("while not holds and low > LEAST", "while holds and low > LEAST"),
-    ("while high > CLOSE * low", "while high > 3 * low"),
-)
-
-
-def test_planted_slips_are_caught():
-    assert not uncaught(gain_search.__name__, SLIPS, check)
 
 
 @pytest.mark.parametrize(
