@@ -98,6 +98,7 @@ def test_whole_numbers_become_doubles_where_they_are_kept_as_such():
     body = "const int k = 7 % 4;\ndouble x = 0.0;\nx = k;\nout[k - 2] = x / 2.0;\nout[0] = -k + 0.5;"
     body += "\nreturn k == 3 ? 9 : 8;"
     assert called(body) == (9, [-2.5, 1.5, 0.0, 0.0])
+    assert [called("return (int)(given[0]);", [x])[0] for x in (2.9, -2.9)] == [2, -2]
 
 
 @pytest.mark.parametrize(("x", "wanted"), [(-1.0, 1), (0.5, 2), (3.0, 3), (float("nan"), 3)])

@@ -11,7 +11,7 @@ from lwr_dyn.codegen.kernels.kernel_spec import inertial_parameters
 from lwr_dyn.codegen.rollouts.kernel import room_for_record
 from lwr_dyn.codegen.rollouts.kernel_task import plan_of, task_of
 from lwr_dyn.codegen.rollouts.law_forms import INVERSE_DYNAMICS, NoKernelFormError
-from lwr_dyn.codegen.rollouts.loop_setup import arm_of_run, kept_values, loop_setup, mass_matrices
+from lwr_dyn.codegen.rollouts.loop_setup import arm_of_run, kept_values, loop_setup, mass_matrices, parameter_shapes
 from lwr_dyn.codegen.rollouts.result import figures_of
 from lwr_dyn.foundation import errors
 from lwr_dyn.model.chain import first_links
@@ -206,6 +206,15 @@ def test_numbers_of_the_loop_and_of_its_runs_stand_in_their_slots(saturate):
 class Mine(Encoder):
     def sensor(self, q0, dq0, samples, rate, seed):
         return lambda q, dq: (q, dq)
+
+
+def test_the_shapes_of_a_runs_values():
+    bodies = dict.fromkeys(("inertia", "model_inertia"), (20,))
+    of_joints = dict.fromkeys(("armature", "effort", "q0", "dq0"), (2,)) | bodies
+    single = dict.fromkeys(("payload", "model_payload", "delay", "resolution", "noise", "reference"), ())
+    places = dict.fromkeys(("payload_com", "model_payload_com"), (3,))
+    expected = of_joints | single | places | {"friction": (5, 2), "Kp": (2,)}
+    assert parameter_shapes(2, {"Kp": (2,)}) == expected
 
 
 def rows(**given):
