@@ -207,9 +207,12 @@ def test_the_spline_is_the_motion_that_was_commanded_and_covers_half_a_step_more
             commanded_motion(command, np.array(t))
 
 
-def test_each_log_has_its_command(log, command):
+def test_each_log_has_its_command_as_long_as_it_is(log, command):
     with pytest.raises(OptionError, match="instruments: 1 for 2 logs; allowed: one for each log, in their order"):
         instrumental_information([log, log], [command], TorqueColumns(ARM.chain), 0.05)
+    short = replace(command, t=command.t[:500], q=command.q[:500], tau=command.tau[:500])
+    with pytest.raises(LogError, match=r"e\.csv.*0 to 4\.99 s.*all times of the log"):
+        identify_motion([log], ARM, instruments=[short])
 
 
 @pytest.fixture

@@ -184,11 +184,14 @@ def test_rows_of_an_uneven_clock_are_those_of_the_even_one():
 
 @pytest.mark.parametrize(("rows", "words"), [(300, "short: rows: 300 between gaps in time; needed: recordings longer"),
                                               (4, "short: rows: 4 between"), (None, "logs: rows: 0")])  # fmt: skip
-def test_logs_that_are_too_short_for_the_filter_are_refused(rows, words):
+def test_logs_of_no_clock_and_too_short_ones_are_refused(rows, words):
     log, *_ = sines(1.0)
     logs = [] if rows is None else [JointLog("short", (1, 2), log.t[:rows], log.q[:rows], log.tau[:rows])]
     with pytest.raises(LogError, match=words):
         samples_of(logs)
+    still = replace(log, t=np.where(np.arange(log.t.size) == 50, log.t[49], log.t))
+    with pytest.raises(LogError, match=r"sines: row 51, column time: 0\.049 s after 0\.049 s; needed: times that rise"):
+        samples_of([still])
 
 
 BAD_RULES = [
