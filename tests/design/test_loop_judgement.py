@@ -145,11 +145,13 @@ def test_gains_tell_the_unstable_share_of_each_controller(lwr_dyn_command):
         assert all(x in rows[name] for x in words)
 
 
-def test_gains_as_json_with_rate_and_delay(record):
+def test_gains_as_json_with_rate_and_delay(record, lwr_dyn_command):
     found = record("gains", *AUTHORS, "--rate", "500", "--delay", "1")["sampled"]
     assert [(name, x["rate"], x["delay"], len(x["worst"])) for name, x in found.items()] == [
         (name, 500.0, 1, 7) for name in ("pd-gravity", "pid", "inverse-dynamics")
     ]
+    code, out, err = lwr_dyn_command("gains", *AUTHORS, "--delay", "-1")
+    assert (code, out, "delay: -1; allowed: a whole number" in err) == (2, "", True)
 
 
 def test_gains_of_the_file_are_judged_as_they_are_and_unknown_limits_as_a_metre():

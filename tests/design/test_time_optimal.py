@@ -246,7 +246,6 @@ def test_ist_is_cut_at_its_corners_and_bends_are_known():
     assert path.pieces[1].breaks[:2] == pytest.approx([0.095, 0.105], abs=1e-4)  # 5 mm before and after the first arc
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("task", ["ist", "line"])
 def test_a_piece_is_the_path_with_its_derivatives(task):
     options = {} if task == "ist" else {"start": START, "to_xyz": [-0.3, 0.2, 0.5]}

@@ -25,6 +25,12 @@ def test_the_text_in_the_editor_counts_until_it_is_closed(project):
     project.set_text(MAIN, FILES[MAIN].replace("LIN pick", "LIN pik"))
     assert codes(project, MAIN) == [(11, "undeclared")]
     assert project.diagnostics("KRC/R1/Program/main.dat").keys() == {MAIN, "KRC/R1/Program/main.dat"}
+    fresh = EditedProject(project.folder)  # nothing is read yet
+    for _ in range(2):
+        fresh.set_text(MAIN, project.texts[MAIN])
+    kept = fresh.project
+    fresh.set_text(MAIN, project.texts[MAIN])
+    assert (codes(fresh, MAIN), fresh.project is kept) == ([(11, "undeclared")], True)
     project.close(MAIN)
     assert codes(project, MAIN) == []
 

@@ -56,6 +56,9 @@ def test_200_slin_of_1_mm_take_the_time_of_one_of_200_mm_and_a_corner_of_two_is_
     run = block(arm, "SLIN_REL {Y 200}", "SLIN_REL {Z 200}")
     assert run.cycle_time == pytest.approx(2 * (0.2 / V + V / A), rel=1e-4)
     assert np.abs(run.timeline.sample([run.executed[1].end]).dq).max() < 1e-6
+    # so is a turn in place, beside curves too
+    run = block(arm, "SPL_REL {Y 50}", "SPL_REL {C 10}", "SPL_REL {Z 50}")
+    assert np.abs(run.timeline.sample([x.end for x in run.executed[1:3]]).dq).max() < 1e-6
 
 
 def test_a_spline_through_50_points_is_smooth_and_inside_its_bounds(arm):

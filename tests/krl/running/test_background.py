@@ -268,7 +268,7 @@ def test_a_counter_does_not_hide_that_passes_are_alike(arm):
 )
 def test_passes_are_alike_where_the_last_ones_are(count, first, place, alike):
     watch = LoopWatch(0.0, None)
-    watch.seconds, watch.places = [first, *[1.0] * (count - 1)], [place, *"a" * (count - 1)]
+    watch.seconds, watch.places = [*[1.0] * 9, first, *[1.0] * (count - 10)], [*"a" * 9, place, *"a" * (count - 10)]
     assert watch.alike() is alike
     for changed in ([*watch.seconds[:-1], 2.0], watch.places), (watch.seconds, [*watch.places[:-1], "c"]):
         other = LoopWatch(0.0, None)
