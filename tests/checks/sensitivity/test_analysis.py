@@ -37,6 +37,9 @@ def test_gravity_and_inertia_scale_with_the_masses(result):
     assert heavy.gravity_off(true) == pytest.approx(0.1 * np.abs(true.gravity).max(axis=0), rel=1e-6, abs=1e-12)
     assert heavy.gains.Kp == pytest.approx(2500.0 * heavy.b)
     assert heavy.gains.Kd == pytest.approx(100.0 * heavy.b)
+    record = result.document.record()
+    assert record["statics"]["heavy"]["gravity_difference"] == pytest.approx(heavy.gravity_off(true).tolist())
+    assert (record["rate"], record["poses"], record["readings"]) == (RATE, 50, ["true", "heavy"])
 
 
 def test_a_controller_that_knows_its_plant_does_best(result):
