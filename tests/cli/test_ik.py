@@ -2,6 +2,7 @@
 
 import json
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import template
+from lwr_dyn.cli.ik import _how_found
 from lwr_dyn.kinematics.inverse import nearest_point
 
 LWR, KR = ("ik", "lwr4plus"), ("ik", "kr30ha")
@@ -59,6 +61,30 @@ def test_all_branches_meet_the_pose_and_the_table_shows_them(recorded, printed, 
     for text, expected in zip(ranges, ends, strict=True):
         assert [float(x) for x in re.findall(r"-?\d+\.\d+", text)] == pytest.approx(expected, abs=6e-5)
         assert ("none" in text) == (len(expected) == 0)
+
+
+POLISHED = "branches of the nearest exact geometry, polished on the arm; not proven complete"
+NUMERIC = "found numerically, not complete"
+
+
+@pytest.mark.parametrize(
+    ("result", "words"),
+    [
+        ({"position_only": True}, "one of many solutions for the position (most arms have infinitely many)"),
+        ({"complete": True}, "all branches"),
+        ({"complete": True, "arm_angle_intervals": {"+++": ()}}, "all branches, each at one arm angle"),
+        ({"turns_left_out": 5},
+         "all branches; 5 copies whole turns apart, inside the limits too, are not listed"),
+        ({"solutions": ("", "+++")}, POLISHED),
+        ({"outside": ("+++",), "arm_angle_intervals": {"+++": ()}}, f"{POLISHED}, each at one arm angle"),
+        ({"solutions": ("", ""), "outside": ("",)}, NUMERIC),
+        ({}, NUMERIC),
+    ],
+)  # fmt: skip
+def test_how_solutions_were_found_is_said(result, words):
+    usual = {"position_only": False, "complete": False, "turns_left_out": 0, "arm_angle_intervals": {}}
+    branches = {key: [SimpleNamespace(branch=x) for x in result.get(key, ())] for key in ("solutions", "outside")}
+    assert _how_found(SimpleNamespace(**usual | result | branches)) == words
 
 
 def test_status_and_turn_of_a_kuka_arm_choose_among_all(recorded):

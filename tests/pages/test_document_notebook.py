@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.checks.arm.model_laws import Verdict
 from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.foundation.document import Note
@@ -92,6 +93,8 @@ def test_each_is_one_or_two_kilobytes_of_whole_html_and_a_short_text(results):
 
 def test_the_numbers_are_those_of_the_result(results, arm, run):
     words = text_of(arm._repr_html_())
+    heads = "joint range [deg] speed [deg/s] torque [N m] mass [kg] rotor [kg m^2]"
+    assert words.startswith(f"{arm.title}: 7 joints, reading {arm.reading} {heads} joint_1 ")
     assert "joint_2 -120 to 120 110 176 2.778 0.1603" in words
     figures, words = metrics(run, arm), text_of(run._repr_html_())
     assert f"RMS {figures.tip_rms_mm:.6g} mm" in words
@@ -104,11 +107,15 @@ def test_the_numbers_are_those_of_the_result(results, arm, run):
     assert text_of(solutions._repr_html_()).count(", ") >= 6 * len(solutions.solutions)
 
 
-def test_an_unknown_is_unknown_and_a_sliding_joint_is_said(arm):
+def test_an_unknown_is_unknown_and_a_sliding_joint_is_said(arm, tmp_path):
     bare = replace(arm, limits=(JointLimits(),) * 7)
     assert text_of(bare._repr_html_()).count("unknown unknown unknown") == 7
-    wam = lwr_dyn.load("wam7")
-    assert "sliding" not in wam._repr_html_()
+    assert "sliding" not in lwr_dyn.load("wam7")._repr_html_()
+    (tmp_path / "own.toml").write_text(template("own.toml", "own", "RP"), encoding="utf-8")
+    own = lwr_dyn.load(tmp_path / "own.toml")
+    words, slide = text_of(own._repr_html_()), own.limits[1]
+    assert f"joint_2 0 to 0.5 {slide.velocity:.4g} {slide.effort:.4g} 2 " in words
+    assert words.endswith("of a sliding joint in m, m/s, N, kg")
 
 
 def test_names_from_files_are_escaped(arm, run):
