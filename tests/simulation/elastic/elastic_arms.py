@@ -34,5 +34,3 @@ def states(seed=0, size=5):
     q, dq, relative = random.normal(size=(3, size, 7))
     x = np.hstack([0.5 * q, 0.5 * q + 1e-3 * relative])
     return np.stack([x, np.hstack([dq, dq + 0.1 * relative])], axis=1)
-
-
