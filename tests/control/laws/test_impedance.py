@@ -5,6 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.laws.impedance import SLOWEST, CartesianImpedance, JointImpedance, carried_torque
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import jacobian
 from tests.control.laws.passivity import cartesian, jointly
 from tests.control.laws.written_out import (
@@ -53,11 +54,13 @@ def test_the_posture_spring_does_not_accelerate_the_tip():
         np.testing.assert_allclose(acceleration, np.zeros(6), atol=1e-8)
 
 
-def test_six_joints_leave_no_posture():
+def test_six_joints_leave_no_posture_and_its_damping_is_above_zero():
     arm = lwr_dyn.load("lwr4plus", lock={"joint_3": 0.3}, reading="physical")
     model, state = lwr_dyn.dynamics_of(arm), next(iter(states(arm)))
     soft, hard = (CartesianImpedance(arm, model, posture=w)(0.0, *state) for w in (0.0, 40.0))
     np.testing.assert_allclose(soft, hard, atol=1e-9)
+    with pytest.raises(OptionError, match="posture_damping: 0.0; allowed: numbers above 0"):
+        CartesianImpedance(ARM, ROAD_A, posture_damping=0.0)
 
 
 def test_an_arm_with_a_tool_is_held_at_its_tool_point():
