@@ -5,7 +5,7 @@ import re
 import pytest
 import xacro
 
-from lwr_dyn.arms.urdf.xacro_expressions import LONGEST, MOST_IN_ALL, ExpressionError, Expressions
+from lwr_dyn.arms.urdf.xacro_expressions import LONGEST, MOST_IN_ALL, ExpressionError, Expressions, _size
 
 BENIGN = """
 1
@@ -192,6 +192,11 @@ def test_bounds_are_where_they_are_said_to_be(names, good, bad, words):
     assert Expressions()(good, names) == xacro.safe_eval(good, names)
     with pytest.raises(ExpressionError, match=re.escape(words)):
         Expressions()(bad, names)
+
+
+def test_a_value_counts_its_characters_and_members_and_each_list_as_ten():
+    values = ("abc", 5, None, [1, "ab"], [[1], [2]], {"a": 1}, ())
+    assert [_size(value) for value in values] == [4, 1, 1, 14, 34, 13, 10]
 
 
 def test_values_of_many_levels_and_those_that_are_not_plain_are_refused(names):
