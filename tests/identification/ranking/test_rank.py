@@ -45,6 +45,9 @@ def test_the_trial_is_recomputed_to_one_percent(panda):
     assert small.floor(1) == pytest.approx(2.366, rel=0.01)
     text = small.document.text()
     assert "maker: torques of the set over those of the log 1.03 1.01 1.04 1.03 1.31 ? (? where" in text
+    assert f"maker: rotors {' '.join(f'{x:.3f}' for x in small.scores[0].fits[-1].rotors)} kg m^2\n" in text
+    notes = [words in text for words in ("own friction", "Torques are measured behind the gears")]
+    assert notes == [False, False]  # the set publishes none, and currents are the log's torques
 
 
 def test_intervals_and_what_is_ahead_are_those_of_drawn_seconds(panda):
@@ -92,7 +95,8 @@ def test_the_document_is_the_ranking_number_by_number(panda):
     assert text.startswith("gaz leaves 0.393 N m of 10.2 N m of torque, rtb_python 1.413; least squares 0.306\n")
     for words in (
         "+0.76", "no: link_4: the smaller two moments sum to 8.65 % less than the largest", "filter: 5 Hz\n",
-        "Load on the robot when it was logged: not stated.", "BSD-3-Clause", "own friction",
+        "Load on the robot when it was logged: not stated.", "BSD-3-Clause",
+        "own friction: the bodies with the friction that the set publishes", "no rotor is in them",
         "Not ahead of the next one beyond chance: gaz.",
     ):  # fmt: skip
         assert words in text, words
