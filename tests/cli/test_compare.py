@@ -1,5 +1,7 @@
 """`lwr-dyn compare`: what is typed reaches the study, its comparison is what is shown, files, and bad input."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -24,16 +26,24 @@ NOTHING = "would do nothing here; allowed:"
         ((), list(CONTROLLERS.names), ["nominal"],
          ("hold", (("rate", 1000.0), ("position_limits", True)), 0.0, None, None, True)),
         (("--controllers", "pid, pid:ki=3+friction", "--plants", "friction,payload=2", "--friction-share", "0.02",
-          "--tuned", "1.5", "--rate", "500", "--no-stops", "--twice", "--out", "runs"),
+          "--tuned", "1.5", "--rate", "500", "--no-stops", "--twice", "--out", "runs",
+          "--jobs", "2"),
          ["pid", "pid:ki=3+friction"], ["friction", "payload=2"],
          ("hold twice", (("rate", 500.0), ("position_limits", False)), 3.02, 1.5, "runs", False)),
     ],
 )  # fmt: skip
 def test_what_is_typed_reaches_the_study(asked, refused, folder, options, controllers, plants, expected):
-    calls = asked("lwr_dyn.cli.compare.ControllerStudy", OptionError("stop", "here", "nothing"))
+    jobs = []
+
+    def run(_, processes):
+        jobs.append(processes)
+        raise OptionError("stop", "here", "nothing")
+
+    calls = asked("lwr_dyn.cli.compare.ControllerStudy", SimpleNamespace(run=run))
     refused("compare", "lwr4plus", *SHORT, *options)
     (arm, reference, laws, cases, task, fixed, since, peak), given = calls[0]
     where = given["folder"] and str(given["folder"])
+    assert jobs == [2 if "--jobs" in options else 1]
     assert (laws, repr(cases)) == (controllers, repr([plant_case(arm, text) for text in plants]))
     assert (task, fixed, pytest.approx(since), peak, where, given["lenient"]) == expected
     own = lwr_dyn.load("lwr4plus")
@@ -46,7 +56,7 @@ def test_controllers_and_plants_of_any_arm_and_a_file_of_ones_own(folder, printe
     """The runs are written, and files that are compared again are those of the library, page and all."""
     (folder / "mine.py").write_text(MINE)
     arguments = ("--controllers", "pid,mine.py", "--plants", "nominal,friction,payload=3+scale=1.1", "--out", "runs")
-    out = printed("compare", "lwr4plus", *SHORT, *arguments, "--jobs", "2")
+    out = printed("compare", "lwr4plus", *SHORT, *arguments)
     assert len(out.splitlines()) >= 3 + 6
     assert "3 kg at the flange" in out
     assert "assumed Coulomb friction, 5 % of the torque limits" in out
