@@ -80,7 +80,7 @@ def test_six_joints_leave_no_posture_and_its_damping_is_above_zero():
     model, state = lwr_dyn.dynamics_of(arm), next(iter(states(arm)))
     soft, hard = (CartesianImpedance(arm, model, posture=w)(0.0, *state) for w in (0.0, 40.0))
     np.testing.assert_allclose(soft, hard, atol=1e-9)
-    with pytest.raises(OptionError, match="posture_damping: 0.0; allowed: numbers above 0"):
+    with pytest.raises(OptionError, match=r"posture_damping: 0\.0; allowed: numbers above 0"):
         CartesianImpedance(ARM, ROAD_A, posture_damping=0.0)
 
 
