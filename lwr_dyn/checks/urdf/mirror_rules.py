@@ -85,8 +85,8 @@ def _unlike(first: tuple[str, MassPoint], second: tuple[str, MassPoint]) -> tupl
     turns = _turns()
     turns = turns[np.abs(turns @ one.com - two.com).max(axis=1) <= SAME_CENTRE * far]
     images = turns @ one.inertia @ turns.swapaxes(1, 2)
-    least = SAME_PRODUCT * float(np.abs(two.inertia[_TRIANGLE]).max())
-    slack = np.full((3, 3), min(least, SAME_TENSOR * size)) + np.eye(3) * SAME_TENSOR * size
+    of_moments, of_products = SAME_TENSOR * size, SAME_PRODUCT * float(np.abs(two.inertia[_TRIANGLE]).max())
+    slack = np.where(np.eye(3) == 1.0, of_moments, min(of_products, of_moments))
     alike = (np.abs(np.abs(images) - np.abs(two.inertia)) <= slack).all(axis=(1, 2))
     if not alike.any() or (np.abs(images - two.inertia) <= slack).all(axis=(1, 2)).any():
         return None
