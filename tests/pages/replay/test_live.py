@@ -51,6 +51,8 @@ def test_its_only_port_is_on_the_loopback(server):
 
 def test_pages_are_served_to_our_own_names_only(server):
     assert "lwrReplay" in fetched(server.url)
+    with ANYWHERE.open(server.url, timeout=10) as answer:
+        assert answer.headers["Cache-Control"] == "no-store"
     assert "MeshCat.Viewer" in fetched(server.url + "static/")
     with pytest.raises(urllib.error.HTTPError, match="404"):
         fetched(server.url, Host="rebound.example")
