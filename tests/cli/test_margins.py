@@ -172,3 +172,11 @@ def test_bad_input_is_one_line(options, fault, refused, folder):
 
 def test_an_arm_without_inertias_is_refused(refused):
     assert "masses and inertias not given" in refused("margins", "lwr4")
+
+
+@pytest.mark.slow
+def test_pictures_are_drawn_and_named(printed, folder):
+    out = printed("margins", *PHYSICAL, *POSE, "--plot", "bode", "--plot", "my_nyquist.svg")
+    written = [line.removeprefix("wrote ") for line in out.splitlines() if line.startswith("wrote ")]
+    assert written == ["bode.png", "bode.svg", "my_nyquist.png", "my_nyquist.svg"]
+    assert all((folder / name).stat().st_size > 5000 for name in written)

@@ -341,3 +341,12 @@ def test_a_bag_is_written_and_its_topics_are_named_one_by_one(lwr_dyn_command, p
     ):
         code, _, err = lwr_dyn_command(*line, *words)
         assert (code, said in err) == (2, True)
+
+
+@pytest.mark.slow
+def test_a_loop_far_faster_than_its_samples_diverges_and_keeps_what_was_computed(lwr_dyn_command, folder):
+    options = ("--omega-n", "3000", "--no-saturation", "--controller", "inverse-dynamics", "--encoder-noise", "1e-3")
+    code, out, err = lwr_dyn_command("simulate", "lwr4plus", *SHORT[:-1], "1", *options, "--out", "run.npz")
+    assert (code, "kept what was computed" in out) == (2, True)
+    assert err.splitlines()[-1].startswith("lwr-dyn: the simulation diverges at t = ")
+    assert 1 < Run.load("run.npz").t.size < 1001

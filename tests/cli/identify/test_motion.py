@@ -150,6 +150,14 @@ def test_an_arm_without_masses_has_no_model_to_write(refused, folder):
 
 
 @pytest.mark.slow
+def test_a_log_without_noise_gives_the_torques_back_and_bodies(recorded, wam, fourier, tmp_path):
+    write_log(tmp_path / "log.parquet", fourier(wam, wam.friction))
+    found = recorded("identify", "motion", "wam7", tmp_path / "log.parquet")
+    assert found["validation"][1]["held_out"] < 0.02 * found["validation"][1]["measured"]
+    assert (found["consistent"]["physical"], found["validated_on"]) == ([True] * 7, [])
+
+
+@pytest.mark.slow
 def test_motion_says_what_is_identified_and_what_no_bodies_can_have(lwr_dyn_command, printed, wam, fourier, tmp_path):
     """With noise a third of the parameters and some moments are not to be had from 20 s; bodies near the table are."""
     path, other = tmp_path / "log.parquet", tmp_path / "other.csv"
