@@ -67,7 +67,7 @@ def link_constants(chain: Chain) -> tuple[LinkConstants, ...]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _LinkState:
+class LinkMotion:
     """Motion of link i: results of the forward recursion for the backward one, in frame i."""
 
     R: Matrix3
@@ -110,14 +110,13 @@ def inverse_dynamics(
     ----------
     Siciliano et al., eqs. 7.107 to 7.114; LWR 4+ paper, "Forward Recursion", "Backward Recursion".
     """
-    states = _forward(links, gravity, q, dq, ddq)
-    return _backward(links, states, dq, ddq, rotors)
+    return joint_torques(links, link_motions(links, gravity, q, dq, ddq), dq, ddq, rotors)
 
 
-def _forward(
+def link_motions(
     links: Sequence[LinkConstants], gravity: Vector, q: Sequence[Scalar], dq: Sequence[Scalar], ddq: Sequence[Scalar]
-) -> list[_LinkState]:
-    """Velocities and accelerations from the base outward (eqs. 7.107 to 7.111)."""
+) -> list[LinkMotion]:
+    """Velocities and accelerations from the base outward (eqs. 7.107 to 7.111); of bodies it takes the centres only."""
     omega, domega, ddp = ZERO, ZERO, -gravity
     states = []
     for i, link in enumerate(links):
@@ -139,18 +138,18 @@ def _forward(
             ddp = R.T @ (ddp + Z.times(ddq[i]) + carrier.times(multiply(2.0, dq[i])).cross(Z))
         ddp = ddp + lever_acceleration(omega, domega, r)
         ddp_com = ddp + lever_acceleration(omega, domega, link.com)
-        states.append(_LinkState(R, r, omega, domega, ddp_com, carrier, dcarrier))
+        states.append(LinkMotion(R, r, omega, domega, ddp_com, carrier, dcarrier))
     return states
 
 
-def _backward(
+def joint_torques(
     links: Sequence[LinkConstants],
-    states: Sequence[_LinkState],
+    states: Sequence[LinkMotion],
     dq: Sequence[Scalar],
     ddq: Sequence[Scalar],
     rotors: Rotors,
 ) -> list[Scalar]:
-    """Forces and moments from the flange inward (eqs. 7.112 to 7.114)."""
+    """Forces and moments from the flange inward (eqs. 7.112 to 7.114); behind the last of `links` is nothing."""
     f, mu = ZERO, ZERO  # force and moment of link i on link i+1, about the origin of frame i, in frame i
     tau: list[Scalar] = [0.0] * len(links)
     for i in reversed(range(len(links))):

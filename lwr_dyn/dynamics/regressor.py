@@ -13,7 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.dynamics.recursion import LinkConstants, inverse_dynamics, link_constants
+from lwr_dyn.dynamics.recursion import (
+    LinkConstants,
+    LinkMotion,
+    joint_torques,
+    lever_acceleration,
+    link_constants,
+    link_motions,
+)
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.chain import Body, Chain
@@ -73,10 +80,11 @@ class Regressor:
         gravity = Vector.of(self.chain.gravity)
         q_i, dq_i, ddq_i = ([x[:, i] for i in range(n)] for x in (q, dq, ddq))
         bare = [_bare(link) for link in link_constants(self.chain)]
+        motions = link_motions(bare, gravity, q_i, dq_i, ddq_i)
         for i in range(n):
             for p, unit in enumerate(_unit_bodies(bare[i])):
-                links = [*bare[:i], unit, *bare[i + 1 :]]
-                torque = inverse_dynamics(links, gravity, q_i, dq_i, ddq_i, rotors="none")
+                moved = [*motions[:i], _with_centre(motions[i], unit.com)]
+                torque = joint_torques([*bare[:i], unit], moved, dq_i, ddq_i, rotors="none")
                 for j, values in enumerate(torque):
                     out[:, j, len(INERTIAL) * i + p] = values
             mass = out[:, :, len(INERTIAL) * i, None]
@@ -96,6 +104,11 @@ def friction_columns(dq: Array, ddq: Array) -> Array:
 
 def _bare(link: LinkConstants) -> LinkConstants:
     return replace(link, mass=0.0, com=ZERO, inertia=Matrix3(ZERO, ZERO, ZERO), gear_ratio=0.0, rotor_inertia=0.0)
+
+
+def _with_centre(origin: LinkMotion, com: Vector) -> LinkMotion:
+    """The motion of a link whose centre of mass is at `com`, from that of one with its centre at the frame's origin."""
+    return replace(origin, ddp_com=origin.ddp_com + lever_acceleration(origin.omega, origin.domega, com))
 
 
 def _unit_bodies(bare: LinkConstants) -> Sequence[LinkConstants]:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.kernel_source import generate
 from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, kernel_spec
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import cache_folder
@@ -59,6 +58,8 @@ def test_what_is_typed_reaches_the_functions(asked, refused, folder, options, ch
 
 
 def test_the_costs_are_those_of_the_generated_functions(recorded, printed):
+    from lwr_dyn.codegen.kernels.kernel_source import generate
+
     arm = lwr_dyn.load("kr30ha")
     record = recorded("kernels", "kr30ha", "--dtype", "float32")
     spec = kernel_spec(arm, (), "none", "armature", "float32")

@@ -54,10 +54,12 @@ def test_lines_before_the_names_are_counted(tmp_path):
         ("log.txt", b"a\n1\n", FileAccessError, r"ends in '\.txt'"),
         ("log.csv", b"\xff\xfe\x00", LogError, "head: not text; needed: a CSV file in UTF-8"),
         ("none.csv", None, FileAccessError, "no such file"),
-        ("log.parquet", table_bytes(NAMES, COLUMNS, ".parquet")[:-10], FileAccessError, "not a whole Parquet file"),
+        ("log.parquet", "cut", FileAccessError, "not a whole Parquet file"),
     ],
 )
 def test_other_and_damaged_files_are_refused(tmp_path, name, content, error, words):
+    if content == "cut":
+        content = table_bytes(NAMES, COLUMNS, ".parquet")[:-10]
     if content is not None:
         (tmp_path / name).write_bytes(content)
     with pytest.raises(error, match=words):

@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from pyarrow.parquet import read_schema
 
 import lwr_dyn
 from lwr_dyn.foundation.column_files import NOTES
@@ -214,6 +213,8 @@ def test_as_a_run_it_has_the_torques_of_the_table(designed, lwr, tmp_path):
 
 
 def test_a_motion_that_may_not_be_run_says_so_in_its_file(designed, lwr, tmp_path):
+    from pyarrow.parquet import read_schema
+
     fault = "the flange and the floor are 0.1 m too near at 2.00 s"
     bad, files = (
         dataclasses.replace(designed, faults=(fault,)),

@@ -21,7 +21,6 @@ from lwr_dyn.identification.regression.samples import SampleRule, exact_samples,
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.transmission import Transmission
 from tests.identification.model_study import swing_of
-from tests.identification.mujoco_study import BIG_ROTORS, mujoco_fit
 from tests.identification.plants import inside, perturbed_plant, random_motion, rms, simulated_log, torques
 from tests.identification.table_study import TableStudy
 from tests.json_schemas import faults
@@ -367,6 +366,8 @@ def test_rotors_stay_the_tables_where_sensors_are_behind_the_gears():
 @pytest.mark.slow
 def test_large_rotors_of_an_arm_of_mujoco_are_found_and_gains_follow():
     """A road that shares no step of ours; the table of the arm has no rotors."""
+    from tests.identification.mujoco_study import BIG_ROTORS, mujoco_fit
+
     fit = mujoco_fit("iiwa14", "rotors", 0)
     assert rms(fit.base) < 1.3
     assert np.abs(fit.base).max() < 4.5
