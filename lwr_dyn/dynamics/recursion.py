@@ -67,7 +67,7 @@ def link_constants(chain: Chain) -> tuple[LinkConstants, ...]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LinkMotion:
+class LinkKinematics:
     """Motion of link i: results of the forward recursion for the backward one, in frame i."""
 
     R: Matrix3
@@ -110,12 +110,12 @@ def inverse_dynamics(
     ----------
     Siciliano et al., eqs. 7.107 to 7.114; LWR 4+ paper, "Forward Recursion", "Backward Recursion".
     """
-    return joint_torques(links, link_motions(links, gravity, q, dq, ddq), dq, ddq, rotors)
+    return joint_torques(links, link_kinematics(links, gravity, q, dq, ddq), dq, ddq, rotors)
 
 
-def link_motions(
+def link_kinematics(
     links: Sequence[LinkConstants], gravity: Vector, q: Sequence[Scalar], dq: Sequence[Scalar], ddq: Sequence[Scalar]
-) -> list[LinkMotion]:
+) -> list[LinkKinematics]:
     """Velocities and accelerations from the base outward (eqs. 7.107 to 7.111); of bodies it takes the centres only."""
     omega, domega, ddp = ZERO, ZERO, -gravity
     states = []
@@ -138,13 +138,13 @@ def link_motions(
             ddp = R.T @ (ddp + Z.times(ddq[i]) + carrier.times(multiply(2.0, dq[i])).cross(Z))
         ddp = ddp + lever_acceleration(omega, domega, r)
         ddp_com = ddp + lever_acceleration(omega, domega, link.com)
-        states.append(LinkMotion(R, r, omega, domega, ddp_com, carrier, dcarrier))
+        states.append(LinkKinematics(R, r, omega, domega, ddp_com, carrier, dcarrier))
     return states
 
 
 def joint_torques(
     links: Sequence[LinkConstants],
-    states: Sequence[LinkMotion],
+    states: Sequence[LinkKinematics],
     dq: Sequence[Scalar],
     ddq: Sequence[Scalar],
     rotors: Rotors,

@@ -15,11 +15,11 @@ import numpy as np
 
 from lwr_dyn.dynamics.recursion import (
     LinkConstants,
-    LinkMotion,
+    LinkKinematics,
     joint_torques,
     lever_acceleration,
     link_constants,
-    link_motions,
+    link_kinematics,
 )
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError
@@ -80,7 +80,7 @@ class Regressor:
         gravity = Vector.of(self.chain.gravity)
         q_i, dq_i, ddq_i = ([x[:, i] for i in range(n)] for x in (q, dq, ddq))
         bare = [_bare(link) for link in link_constants(self.chain)]
-        motions = link_motions(bare, gravity, q_i, dq_i, ddq_i)
+        motions = link_kinematics(bare, gravity, q_i, dq_i, ddq_i)
         for i in range(n):
             for p, unit in enumerate(_unit_bodies(bare[i])):
                 moved = [*motions[:i], _with_centre(motions[i], unit.com)]
@@ -106,7 +106,7 @@ def _bare(link: LinkConstants) -> LinkConstants:
     return replace(link, mass=0.0, com=ZERO, inertia=Matrix3(ZERO, ZERO, ZERO), gear_ratio=0.0, rotor_inertia=0.0)
 
 
-def _with_centre(origin: LinkMotion, com: Vector) -> LinkMotion:
+def _with_centre(origin: LinkKinematics, com: Vector) -> LinkKinematics:
     """The motion of a link whose centre of mass is at `com`, from that of one with its centre at the frame's origin."""
     return replace(origin, ddp_com=origin.ddp_com + lever_acceleration(origin.omega, origin.domega, com))
 
