@@ -141,10 +141,11 @@ def _of_robot(robots: tuple[str, ...], loading: Loading, given: dict[str, Any]) 
     usual = task_of(TASKS, given, arm)
     if usual.words and not given["json"]:
         click.echo(usual.words, err=True)
-    reference = Twice(usual.reference) if given["twice"] else usual.reference
+    twice = Twice(usual.reference) if given["twice"] else None
+    reference = usual.reference if twice is None else twice
     folder = None if given["out"] is None else make_folder(given["out"])
     fixed = (("rate", given["rate"]), ("position_limits", not given["no_stops"]))
-    since = getattr(reference, "second", 0.0) if given["twice"] else 0.0
+    since = 0.0 if twice is None else twice.second
     task = usual.name + (" twice" if given["twice"] else "")
     study = ControllerStudy(
         arm, reference, controllers, cases, task, fixed, since, given["tuned"], folder=folder,

@@ -139,3 +139,12 @@ def test_compensated_friction_brakes_less():
         law = HandGuiding(WAM, ROAD_A, fading=0.1, share=share)
         left.append(lwr_dyn.simulate(WAM, law, hold, **start, position_limits=False).q[-1, 0])
     assert left[0] < left[1] < left[2]
+
+
+def test_joints_without_friction_are_left_alone():
+    one, rest = symmetric(2.0, 0.5), (None,) * (ARM.n - 1)
+    law = with_friction(inner(), ARM, DYNAMICS, friction=(one, *rest))
+    state = [np.full(ARM.n, 0.3)] * 5
+    torque = law(0.0, *state) - inner()(0.0, *state)
+    assert torque[0] == pytest.approx(2.0 + 0.5 * 0.3, rel=1e-6)
+    assert torque[1:] == pytest.approx(np.zeros(ARM.n - 1), abs=1e-12)

@@ -32,13 +32,13 @@ def instants_of_each():
 
 def test_its_lyapunov_function_falls_but_for_the_layer():
     """dV/dt = -k s^T B s + s^T Y_l (u - error), at most -k s^T B s + rho eps / 4, in the layer and out of it."""
-    seen = set()
+    seen, ends = set(), []
     scale = MOST / 2 * np.r_[1.0, [0.1] * 3, [0.01] * 6]
     for layer in (1.0, 30.0, 1e4):
         law = tuned_robust(ARM, MODEL, omega_n=OMEGA, layer=layer)
         for arm, instants in zip(LOADS, instants_of_each(), strict=True):
             error = missing_load(MIDDLE, arm)
-            assert np.linalg.norm(error / scale) <= law.rho / 1.2 * (1 + 1e-12)
+            ends.append(np.linalg.norm(error / scale) / law.rho)
             for at, state in zip(instants, STATES, strict=True):
                 tau = law(0.0, *state)
                 a = state[4] + OMEGA * (state[3] - state[1]) - OMEGA * at.s
@@ -50,6 +50,7 @@ def test_its_lyapunov_function_falls_but_for_the_layer():
                 assert fall == pytest.approx(term - z @ (error / scale), rel=1e-8, abs=1e-8)
                 assert fall <= law.rho * layer / 4 + 1e-9
     assert seen == {True, False}
+    assert max(ends) == pytest.approx(1 / 1.2, rel=1e-9)  # at the ends of the set, the lightest of which is 1e-9 kg
     assert not hasattr(make_controller("robust", ARM, MODEL), "reset")
 
 

@@ -39,6 +39,7 @@ FAULTS = {
     "DECL PDAT p | p = {VEL 110, ACC 100}": "3 percent-range?", "DECL PDAT p | p.VEL = 110": "3 percent-range?",
     "HALT | $UNHEARD_OF = #INITMVO": "3 no-constant?", "INT n | n = RSI_ON(#ASBOLUTE)": "3 no-constant?",
     "HALT | $MSG_T.VAILD = TRUE": "3 no-component?", "HALT | $IPO_MODE = #TPC": "3 no-constant?",
+    "HALT | $MOTION_MODE = #DYNAIMC": "3 no-constant?", "HALT | $MOTION_MODE = #OTHER": "",
 }  # fmt: skip
 
 

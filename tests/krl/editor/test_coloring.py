@@ -42,9 +42,9 @@ def test_names_have_the_colours_of_what_they_mean(project):
 def test_what_a_program_cannot_write_is_marked_and_items_are_told_from_arguments(project):
     data = "KRC/R1/Program/main.dat"
     project.set_text(data, FILES[data].replace("ENDDAT", "DECL CONST INT top=3\nENDDAT"))
-    put(project, "i = top + {X 1, Y top, Z f(i, 2)}", "x = 'B2 +", "WAIT FOR $IN[top] AND (helper == strlen(close_it))")
+    put(project, "i = top + {X f(i, 2), Y top, Z 1}", "x = 'B2 +", "WAIT FOR $IN[top] AND (helper == strlen(close_it))")
     assert list(colors(project, MAIN, 18, 20).values()) == [
-        "i variable, top variable!, X property, Y property, top variable!, Z property, f function, i variable",
+        "i variable, top variable!, X property, f function, i variable, Y property, top variable!, Z property",
         "$IN variable!*, top variable!, helper function, strlen function*, close_it function",
     ]
 

@@ -145,6 +145,10 @@ def test_a_figure_says_what_it_shows_and_how_many_panels_stand_in_a_row():
 
     columns = {n: int(re.search(r"--n:(\d)", made(n, over_time=True))[1]) for n in (1, 2, 3, 5, 6, 8, 9, 11, 14)}
     assert columns == {1: 1, 2: 2, 3: 3, 5: 5, 6: 6, 8: 4, 9: 3, 11: 7, 14: 7}
+    wide = Panel("j", "torque", "N m", (Curve("a", np.zeros(4), np.array([0.0, 2.0, 4.0, 6.0])),))
+    shown = {n: figure_html(Figure("f", "F", "", "time", "s", (wide,) * n)) for n in (2, 3, 4)}
+    ticks = {n: re.search(r'<div class="xt".*?</div>', html)[0] for n, html in shown.items()}
+    assert ticks[2] == ticks[3] != ticks[4]  # every second one below more than three
     for count, more, about, kind in (
         (1, {"over_time": True, "note": "m^2"}, "torque, N m; m\u00b2", "times single"),
         (2, {}, "torque, N m; over time, s", "maps many"),

@@ -127,3 +127,6 @@ def test_two_backups_as_two_roots_are_two_projects_and_no_answer_has_too_many_sy
         assert len(client.request("workspace/symbol", {"query": ""})) == MOST_SYMBOLS
         names = {x["name"] for x in client.request("workspace/symbol", {"query": "a"})}
         assert {"a", "main"} <= names
+        assert client.request("workspace/symbol", {"query": "n123"})
+        client.notify("workspace/didChangeWorkspaceFolders", {"event": {"added": [], "removed": [added]}})
+        assert client.request("workspace/symbol", {"query": "n123"}) in ([], None)
