@@ -14,7 +14,7 @@ from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.arms.papers.reader import parse_paper
 from lwr_dyn.checks.arm.model_laws import not_judged
 from lwr_dyn.checks.arm.run_checks import check_arm
-from lwr_dyn.dynamics.regressor import Regressor, chain_parameters, chain_with_dynamics
+from lwr_dyn.dynamics.regressor import Regressor, chain_parameters, chain_with_dynamics, friction_columns
 from lwr_dyn.foundation.errors import MissingDataError, PaperError
 from lwr_dyn.model.chain import is_physical, with_payload
 from tests.random_arms import random_arm
@@ -28,6 +28,11 @@ def test_the_regressor_times_the_parameters_is_the_recursion(seed):
     expected = lwr_dyn.dynamics_of(arm, "newton-euler").inverse_dynamics(q, dq, ddq)
     friction_free = Regressor(arm.chain)(q, dq, ddq) @ chain_parameters(arm.chain)
     assert np.abs(friction_free - expected).max() <= RANDOM_ARM * max(1.0, np.abs(expected).max())
+
+
+def test_friction_is_one_up_another_down_and_none_at_rest():
+    Y = friction_columns(np.array([0.5, -0.5, 0.0]), np.array([2.0, 3.0, 4.0]))
+    assert Y.tolist() == [[2.0, 1.0, 0.5, 0.0, 0.0], [3.0, 0.0, 0.0, -1.0, -0.5], [4.0, 0.0, 0.0, 0.0, 0.0]]
 
 
 TEXT = (Path(__file__).parent / "puma560.toml").read_text(encoding="utf-8")

@@ -97,7 +97,7 @@ _UNITS = {
 
 _ROW = re.compile(r"(?<=/joint)\[@name='[^']*'\]|(?<=/transmission)\[joint/@name='[^']*'\]|(?<=\.values)\[\d+\]")
 """Which joint a cell is of: the rows of the columns are in the joints' order."""
-_LINEAR_LAST = ("limits", "friction", "gains", "rotors", "elasticity")
+_LINEAR_LAST = ("limits", "poses", "friction", "gains", "rotors", "elasticity")
 """Tables whose columns name the quantity of a turning joint first, that of a sliding one last."""
 
 
@@ -162,7 +162,10 @@ def _kinematics(arm: Arm, table: DHTable, origin: str) -> Iterator[str]:
     joints = [f"{joint}.{part}" for joint in arm.joint_names for part in ("before", "after", "dh")]
     where, kind = _cells(arm, joints, origin)
     placed = _pose(table.base, f"axis of {arm.joint_names[0]} in the base; {where}", kind)
-    yield from table_text("base", [ColumnText("gravity", arm.chain.gravity, "m/s^2", origin), *placed])
+    base = [ColumnText("gravity", arm.chain.gravity, "m/s^2", origin), *placed]
+    if arm.ratings.base_mass is not None:
+        base.append(ColumnText("mass", arm.ratings.base_mass, "kg", origin))
+    yield from table_text("base", base)
     numbers = {name: [float(getattr(row, name)) for row in table.rows] for name in ("alpha", "a", "d", "theta_offset")}
     if any(row.beta for row in table.rows):
         numbers["beta"] = [row.beta for row in table.rows]
@@ -182,7 +185,7 @@ def _pose(pose: Pose, where: str, kind: str) -> list[ColumnText]:
 
 
 def _per_joint(arm: Arm, origin: str) -> Iterator[str]:
-    """The tables limits, ratings, rotors, transmission, friction, gains and drawing, as far as they are known."""
+    """The tables limits, ratings, poses, rotors, transmission, friction, gains, elasticity and drawing, where known."""
     for table, columns in _values(arm).items():
         texts = [_column(arm, table, name, values, origin) for name, values in columns.items()]
         yield from table_text(table, [text for text in texts if text is not None])
@@ -223,6 +226,8 @@ def _values(arm: Arm) -> dict[str, Columns]:
         del limits["lower"], limits["upper"]
     ratings = {x: [getattr(arm.ratings, x)] for x in ("payload", "mass", "reach", "envelope_volume")}
     out: dict[str, Columns] = {"limits": limits, "ratings": ratings}
+    if arm.mastering:
+        out["poses"] = {"mastering": arm.mastering}
     out |= {"rotors": _rotors(arm), "friction": _friction(arm)}
     if arm.transmission is not None:
         out["transmission"] = _motors(arm.transmission.matrix)

@@ -109,9 +109,17 @@ def test_a_link_welded_on_adds_its_body_and_an_inertial_frame_may_be_turned(tmp_
     assert found.mass == 4.0
     assert close(found.com, expected.com)
     assert close(found.inertia_com, expected.inertia_com)
-    how = [[(x.cell, x.conversion) for x in arm.sources["b.mass"]] for arm in (light, heavy)]
     b, c = (f"/robot/link[@name='{name}']/inertial" for name in "bc")
-    assert how == [[(b, "as written")], [(b, "welded to b"), (c, "welded to b")]]
+    assert [(x.cell, x.conversion) for x in heavy.sources["b.mass"]] == [(b, "welded to b"), (c, "welded to b")]
+    j, actuator = "/robot/joint[@name='j']", "/robot/transmission[joint/@name='j']/actuator"
+    elements = {f"j.{x}": f"{j}/limit/@{x}" for x in ("lower", "upper", "velocity", "effort")}
+    elements |= {"j.viscous": f"{j}/dynamics/@damping", "j.coulomb": f"{j}/dynamics/@friction"}
+    elements |= {f"j.{x}": f"{actuator}/drake:{x}" for x in ("gear_ratio", "rotor_inertia")}
+    elements |= dict.fromkeys(("b.mass", "b.com", "b.inertia"), b)
+    expected = {name: [(cell, "as written")] for name, cell in elements.items()} | {
+        "flange": [], "j.before": [(f"{j}/origin", "origins and locked joints multiplied")],
+        "j.after": [(f"{j}/axis", "z turned onto the axis")]}  # fmt: skip
+    assert {name: [(x.cell, x.conversion) for x in found] for name, found in light.sources.items()} == expected
 
 
 def test_a_lock_in_the_chain_is_the_locked_chain(tmp_path):

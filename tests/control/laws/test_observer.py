@@ -197,6 +197,9 @@ def test_observed_laws_say_what_they_see():
     again = np.array([observer(*sample) for sample in zip(run.t.tolist(), run.q, run.dq, last, strict=True)])
     np.testing.assert_allclose(run.signals["external_torque"], again, rtol=0, atol=1e-11)
     np.testing.assert_array_equal(run.signals["collision"][2:, 0], (np.abs(again[2:]) > 2.0).any(axis=1))
+    even = CollisionThreshold(np.abs(run.signals["external_torque"][50]))  # at its level, and not beyond it
+    even_run = run_of(observed(law, lwr(), lwr_dynamics(), observer_threshold=even), delay=2)
+    assert not even_run.signals["collision"][50].any()
     np.testing.assert_array_equal(run.tau_command, run_of(law, delay=2).tau_command)
     np.testing.assert_array_equal(run_of(watched, delay=2).signals["collision"], run.signals["collision"])
     law = observed(lambda *state: np.full(7, 1e4), lwr(), lwr_dynamics())

@@ -1,5 +1,7 @@
 """One pose by the text of the closed form against NumPy's closed form with all copies listed one by one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,6 +74,23 @@ def test_the_solutions_are_those_of_numpys_closed_form(name):
         statuses.add(ours.status)
     assert worst < 1e-9
     assert statuses >= {"solved", "out of reach"}
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_outside_narrow_limits_the_branch_that_is_least_so_is_named_by_its_worst_joint(name):
+    arm, half, worst = lwr_dyn.load(name), 0.2, set()
+    middle = positions(arm, 1, 5)[0]
+    limits = [replace(x, lower=q - half, upper=q + half) for x, q in zip(arm.limits, middle, strict=True)]
+    narrow = replace(arm, limits=tuple(limits))
+    for T in lwr_dyn.forward_kinematics(arm, positions(arm, 12, 6)):
+        branches = np.array([s.q for s in inverse_kinematics(arm, T, limits=False).solutions])
+        room = half - np.abs(wrap(branches - middle))
+        least = room.min(axis=1).argmax()
+        found = inverse_kinematics(narrow, T)
+        assert (found.status, found.joint) == ("outside limits", arm.joint_names[room[least].argmin()])
+        assert found.excess == pytest.approx(-room[least].min(), abs=1e-12)
+        worst.add(found.joint)
+    assert len(worst) >= 4
 
 
 @pytest.mark.slow

@@ -63,6 +63,8 @@ def test_the_checks_know_the_names_of_a_cell():
     program = program_of("IF (PART > 3) AND READY() THEN", "GRIP(1)", "$OUT[1] = P[2].X > PART", "ENDIF")
     assert {d.code for d in check_program(program)} == {"undeclared", "unknown-call"}
     assert check_program(with_cell(program, given)) == ()
+    externals = program.names.externals
+    assert {name: externals[name].returns for name in ("GRIP", "READY")} == {"GRIP": None, "READY": "BOOL"}
 
 
 def test_a_stub_stands_in_for_a_routine_and_the_cell_gives_the_arguments_of_the_one_that_is_run(arm):
