@@ -126,9 +126,6 @@ def test_what_the_loop_does_not_allow_is_one_line(observer, options, words):
         simulate(lwr(), law, Still(POSE, 0.01), rate=2000.0)
 
 
-"""Signs, a missing transpose, Euler steps, a filter that does not forget, a state that is kept, the rotor's side."""
-
-
 def test_the_estimate_follows_the_ideal_filter():
     """The estimate against the ideal filter, pushed and not; with rotors taken off, against the links' own momentum."""
     run, gain = pushed(), 50.0
