@@ -22,7 +22,7 @@ def files(tmp_path, two_runs):
 
 
 @pytest.mark.parametrize(("more", "options"), [((), USUAL), (OPTIONS, CHOSEN)])
-def test_what_is_typed_reaches_the_page_and_the_server(files, asked, printed, folder, monkeypatch, more, options):
+def test_what_is_typed_reaches_the_page_and_the_server(files, asked, printed, folder, more, options):
     page = asked("lwr_dyn.pages.replay.replay_page.write_replay")
     served = asked("lwr_dyn.pages.replay.live.serve", nullcontext(SimpleNamespace(url="x", wait=lambda: None)))
     (folder / "x.html").write_text("x" * 60_000)
@@ -59,7 +59,6 @@ def test_serve_answers_until_it_is_interrupted(files, lwr_dyn_command, monkeypat
     assert (code, "no browser found" in err) == (2, True)
 
 
-UNSERVED = "given without --serve; allowed: only with --serve"
 ALLOWED = "allowed: --html FILE or --serve; to look at once: lwr-dyn show "
 
 

@@ -202,7 +202,7 @@ def test_bad_options_are_one_line(ist, options, error, words):
     assert "\n" not in str(caught.value)
 
 
-def test_what_has_no_path_or_no_limits_is_refused(ist):
+def test_what_has_no_path_or_no_limits_is_refused():
     with pytest.raises(errors.OptionError, match="only stands still"):
         least_time(ARM, lwr_dyn.reference("hold", ARM, q=START))
     with pytest.raises(errors.OptionError, match="not known apart from its timing"):

@@ -22,7 +22,6 @@ from lwr_dyn.simulation.metrics import metrics
 
 LARGEST = 2200
 """Letters of a result's HTML."""
-VOID = {"br"}
 
 
 class Balanced(HTMLParser):

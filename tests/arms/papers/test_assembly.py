@@ -213,7 +213,7 @@ def test_a_share_of_the_load_is_the_same_at_motor_and_joint_and_is_said_to_be_le
     assert "left out" not in assembled(("[joints]", DIRECTED + "[joints]")).caveat()
 
 
-def test_an_inertia_with_unknown_numbers_names_the_parameters_that_are_open(tmp_path):
+def test_an_inertia_with_unknown_numbers_names_the_parameters_that_are_open():
     """Mass, first moments, then the tensor about the origin xx xy xz yy yz zz: what no number of the file fixes."""
     masses = next(line for line in GOOD.splitlines() if line.startswith("mass ="))
     whole = assembled()

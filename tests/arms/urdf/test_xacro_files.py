@@ -8,7 +8,6 @@ from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import UrdfError
 from tests.arms.urdf.small_files import xacro_file
 
-OPENS = "open('{0}', 'w').close()"
 WAYS = (
     "${{[c for c in ().__class__.__base__.__subclasses__() if c.__name__=='_wrap_close'][0]"
     ".__init__.__globals__['system']('touch {0}') for i in [1]]}}",

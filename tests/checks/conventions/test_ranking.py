@@ -120,14 +120,14 @@ def test_an_answer_says_where_the_centre_of_mass_is_exchanged_with_the_axes():
     assert [_answer(x, TableChoice(Convention.MODIFIED, "com")) for x in ("convention", "about")] == ["modified", "com"]
 
 
-def test_wam_sign_is_undecided_without_the_second_tensors(wam):
+def test_wam_sign_is_undecided_without_the_second_tensors():
     found = rank_readings(printed_table(open_paper("wam7")), Evidence(convention="standard"))
     made = {(d.question, d.link): d for d in decisions(found, found.physical, ("feasibility",))}
     assert all(made["products", i].others for i in range(7))
     assert made["about", None].decided
 
 
-def test_a_flipped_second_tensor_flips_the_sign(wam):
+def test_a_flipped_second_tensor_flips_the_sign():
     table = printed_table(open_paper("wam7"))
     tensors = packaged_evidence("wam7", table).tensors
     turned = dataclasses.replace(table, inertia=np.where(np.eye(3, dtype=bool), table.inertia, -table.inertia))

@@ -130,7 +130,7 @@ def test_a_link_among_the_points_is_neither_read_nor_written_through(tmp_path):
     assert np.array_equal(kept_points("a"), np.eye(3))
 
 
-def test_the_folder_that_kernels_share_is_open_to_its_user_alone(tmp_path, monkeypatch):
+def test_the_folder_that_kernels_share_is_open_to_its_user_alone(tmp_path):
     before = os.umask(0o002)
     try:
         keep_points("a", np.eye(3))

@@ -54,7 +54,7 @@ def test_options_reach_the_search(asked, lwr_dyn_command, options, sizes, load, 
 
 
 def test_the_motion_is_written_while_and_after_it_is_searched_and_its_exit_code_says_what_it_is(
-    asked, lwr_dyn_command, folder, monkeypatch
+    asked, lwr_dyn_command, folder
 ):
     written = asked("lwr_dyn.identification.excitation.motion_file.write_excitation")
     bad = SimpleNamespace(

@@ -161,7 +161,7 @@ console.log(JSON.stringify([[...robot.{further.EXPANDED}(values)], places]));
     assert places == compact.index.tolist()
 
 
-def test_torque_is_the_regressor_times_the_parameters(tmp_path):
+def test_torque_is_the_regressor_times_the_parameters():
     arm = lwr_dyn.load("kr30ha")
     spec, given = kernel_spec(arm), state(arm.n, 7)
     compact = further.compact_regressor(spec)

@@ -104,7 +104,7 @@ def test_constraints_hold_and_the_price_is_what_is_said(known, lwr, columns):
     assert not fit.price.refused
 
 
-def test_bodies_of_another_arm_are_refused(known, lwr, columns):
+def test_bodies_of_another_arm_are_refused(known, columns):
     """A mass of link 7 that is 40 standard errors of a base parameter off; the truth itself is not refused.
 
     Chance: that of the largest pull (Bonferroni) or that of chi^2, the smaller one doubled.

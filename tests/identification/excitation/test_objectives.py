@@ -94,7 +94,7 @@ def test_a_motion_that_shows_nothing_has_a_large_value_and_no_slope(columns, mot
     assert (score.d, np.isnan(score.sigma).all()) == (objectives.LARGE, True)
 
 
-def test_without_compiled_columns_the_error_names_the_extra(columns, motion, monkeypatch, wam):
+def test_without_compiled_columns_the_error_names_the_extra(motion, monkeypatch, wam):
     monkeypatch.setattr(torque_columns, "_kernel_of", lambda _: None)
     with pytest.raises(MissingPackageError) as missing:
         objectives.MotionObjective(TorqueColumns(wam.chain), motion[0], NOISE)

@@ -163,7 +163,7 @@ def test_the_fit_of_a_fold_does_not_see_it(lwr, recorded):
     assert from_fold > 3.0 * np.sqrt(np.mean(rows)) * 0.9
 
 
-def test_residuals_are_white_where_the_noise_is_and_not_where_friction_is_missing(lwr, plant, recorded, found):
+def test_residuals_are_white_where_the_noise_is_and_not_where_friction_is_missing(lwr, recorded, found):
     assert sum(w.white for w in found.whiteness) >= 6
     log = recorded()
     dq = np.gradient(log.q[:, 3], log.t)

@@ -182,7 +182,7 @@ def test_a_speed_that_an_axis_cannot_keep_is_lowered(arm, square):
     assert not [d for d in fast.run.diagnostics if d.code == "axis-speed"]
 
 
-def test_the_command_writes_prints_and_is_run_again(square, folder, lwr_dyn_command, printed):
+def test_the_command_writes_prints_and_is_run_again(square, folder, printed):
     frames = ("--tool-data", "0,0,100,0,0,0", "--base-data", "1000,-100,1400,0,90,0")
     out = printed("krl", "write", "square.csv", *frames, "--tolerance-mm", "1")
     assert "3 LIN; 2 of 2 points are passed without a stop" in out

@@ -56,7 +56,7 @@ def test_counts_are_those_of_the_cells_unless_given():
     }  # fmt: skip
 
 
-def test_gaps_and_shared_numbers(arm, two_runs):
+def test_gaps_and_shared_numbers():
     x = np.linspace(0.0, 1.0, 100)
     y = np.where(x > 0.5, np.nan, x)
     data = script_data(Page("p", figures=(plot_of(Curve("a", y, x), Curve("b", x, x), Curve("c", TWO, TWO)),)))

@@ -56,7 +56,7 @@ def test_the_arm_stands_as_forward_kinematics_says(arm):
     assert min(np.linalg.norm(one.pose[:3, 3] - tip) for one in solids) < 0.1
 
 
-def test_paths_behind_the_arm_are_not_drawn(arm):
+def test_paths_behind_the_arm_are_not_drawn():
     near = np.full((ROWS, COLUMNS), -np.inf)
     near[:, : COLUMNS // 2] = 5.0  # a wall over the left half
     points = np.column_stack([np.linspace(-0.4, 0.4, 100), np.zeros(100), np.zeros(100)])

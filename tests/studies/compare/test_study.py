@@ -71,7 +71,7 @@ def test_a_warning_of_another_process_is_passed_on():
     assert [words.endswith("a payload of 40 kg is over the rated 30 kg") for words in warned] == [True]
 
 
-def test_what_a_plant_refuses_is_a_line_and_the_others_go_on(arm, move, monkeypatch):
+def test_what_a_plant_refuses_is_a_line_and_the_others_go_on(arm, move):
     refused = plant_case(arm, "nominal").changed("refused", delay=-1)
     chosen = replace(study(arm, move, "pid"), plants=[refused, plant_case(arm, "nominal")])
     compared, _ = chosen.run()
@@ -122,7 +122,7 @@ def test_each_controller_is_made_once(arm, move):
 
 
 @pytest.mark.slow
-def test_a_law_that_the_arm_does_not_feed_is_left_out_only_where_all_are_asked_for(move):
+def test_a_law_that_the_arm_does_not_feed_is_left_out_only_where_all_are_asked_for():
     wam = lwr_dyn.load("wam7")
     hold = lwr_dyn.reference("hold", wam, q=[0.1] * 7, duration=0.02)
     chosen = ControllerStudy(wam, hold, ["pid", "motor-pd"], [plant_case(wam, "nominal")], lenient=True)
