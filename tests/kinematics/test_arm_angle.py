@@ -223,6 +223,9 @@ def test_corridors_across_the_seam_are_unwrapped_and_a_chain_that_ends_is_found(
     assert isinstance(result, Corridor)
     assert result.low == pytest.approx([3.0, 2 * np.pi - 3.2, 2 * np.pi - 3.1])
     assert result.high == pytest.approx([3.3, 2 * np.pi - 2.8, 2 * np.pi - 2.5])
+    # the one that is wide until it is narrow in the last row loses to an even one
+    narrowing = AngleIntervals(np.array([[-3.0, 2.0]] * 3), np.array([[0.0, 3.0], [0.0, 3.0], [-2.9, 3.0]]))
+    assert connected_arm_angles(narrowing).low == pytest.approx([2.0, 2.0, 2.0])
     ending = np.array([[0.0, 2.0], [0.1, nan], [2.0, nan]]), np.array([[1.0, 3.0], [0.9, nan], [3.0, nan]])
     assert connected_arm_angles(AngleIntervals(*ending)) == CorridorBreak(2)
     assert connected_arm_angles(AngleIntervals(np.array([[nan]]), np.array([[nan]]))) == CorridorBreak(0)

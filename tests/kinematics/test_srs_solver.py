@@ -15,6 +15,7 @@ from lwr_dyn.kinematics.closed_forms.arm_numbers import numbers_of_solutions, nu
 from lwr_dyn.kinematics.closed_forms.runners import RUNNERS, python_runner
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.solution import PoseProblem
+from tests.kinematics.srs_arms import random_srs_arm
 
 
 def poses(arm, count, seed=0):
@@ -30,9 +31,10 @@ def numpys(arm, T, **options):
 
 
 @pytest.mark.parametrize("arm_angle", [None, 0.7])
-@pytest.mark.parametrize("name", ["lwr4plus", "iiwa14", "wam7"])
+@pytest.mark.parametrize("name", ["lwr4plus", "iiwa14", "wam7", 3, 4])
 def test_the_solutions_and_intervals_are_those_of_numpy(name, arm_angle):
-    arm, statuses = lwr_dyn.load(name), set()
+    """Of random arms too, whose ranges have their middles anywhere."""
+    arm, statuses = random_srs_arm(name) if isinstance(name, int) else lwr_dyn.load(name), set()
     for k, T in enumerate(poses(arm, 5)[1]):
         options = {"limits": k % 3 > 0, "arm_angle": arm_angle}
         ours, theirs = inverse_kinematics(arm, T, **options), numpys(arm, T, **options)

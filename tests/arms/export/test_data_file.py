@@ -123,6 +123,11 @@ def test_each_column_names_file_and_elements_and_an_estimate_stays_one(tmp_path)
     assert panda["dh.a"].where.startswith("common normals of the joint axes; panda.urdf: /robot/joint/origin")
     assert kr30["inertial.mass"].kind == "estimated"
     assert 'lacks = "drawn cylinders"' in path.read_text(encoding="utf-8")
+    (tmp_path / "l.urdf").write_text(lwr_dyn.urdf_text(lwr_dyn.load("lwr4plus")), encoding="utf-8")
+    path.write_text(data_file_text(lwr_dyn.load(tmp_path / "l.urdf")), encoding="utf-8")
+    actuator = "/robot/transmission/actuator/drake"
+    where = open_paper(str(path)).columns["rotors.gear_ratio"].where
+    assert where == f"l.urdf: {actuator}:gear_ratio, {actuator}:rotor_inertia"
 
 
 @pytest.mark.hypothesis

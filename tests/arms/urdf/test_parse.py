@@ -138,6 +138,8 @@ def test_elements_nested_without_end_are_refused(tag):
 def test_other_faults_of_the_xml_stay_faults(text):
     with pytest.raises(UrdfError, match="a well-formed URDF"):
         parse_xml(text.encode(), "arm.urdf")
+    with pytest.raises(UrdfError, match="XML: mismatched tag: line 1, column 21; "):  # as it stands in the file
+        parse_xml(b"<robot name='r'><x></robot><a:b/>", "arm.urdf")
 
 
 @pytest.mark.parametrize("space", ["", XACRO])

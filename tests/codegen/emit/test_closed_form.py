@@ -165,6 +165,23 @@ def test_the_nearest_follows_a_path_and_stops_at_the_limits(library):
     assert arm.n == 6 or seen == {0, 1}
 
 
+def test_a_pose_that_only_branches_outside_the_limits_reach_has_none_near_and_one_out_of_reach_no_interval(library):
+    arm, found = library.arm, 0
+    q = np.random.default_rng(4).uniform(-3.0, 3.0, (40, arm.n))
+    for start, T in zip(q, np.ascontiguousarray(flange_pose(arm.chain, q)), strict=True):
+        out, more = np.full(arm.n, 9.0), [0.5] if arm.n == 7 else []
+        status = lwr_dyn.inverse_kinematics(arm, T).status
+        assert (library.call(NAME + "_near", T, *more, start, out, kind=ctypes.c_int) == 2) == (status != "solved")
+        assert (out == 9.0).all() == (status != "solved")
+        found += status == "outside limits"
+    assert found > 3 or arm.name == "ur10"  # all of its joints turn more than once
+    if arm.n == 7:
+        T[:3, 3] *= 10.0
+        pairs, counts = np.zeros((8, 16, 2)), np.ones(8, dtype=np.intc)
+        assert library.call(NAME + "_intervals", T, 0.0, pairs, counts) > 1.0
+        assert not counts.any()
+
+
 def test_numbers_that_are_none_give_none(library):
     T, n = np.full((4, 4), np.nan), library.arm.n
     out = np.zeros((8, n))

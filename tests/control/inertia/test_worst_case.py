@@ -14,7 +14,7 @@ from lwr_dyn.control.inertia.worst_case import (
     worst_case_inertia,
     worst_case_inertias,
 )
-from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.dynamics.newton_euler import Recursion, newton_euler_dynamics
 from lwr_dyn.model.arm import JointLimits
 from tests.random_arms import random_arm
 
@@ -26,9 +26,10 @@ def found(arm):
 
 def test_diagonal_is_that_of_the_mass_matrix(arm):
     q = np.random.default_rng(0).uniform(-1, 1, (20, 7))
-    B = lwr_dyn.dynamics_of(arm).mass_matrix(q)
-    for i in range(7):
-        assert np.abs(diagonal(Recursion.of(arm.chain), i, q) - B[:, i, i]).max() < 1e-13
+    for rotors in ("armature", "full", "none"):
+        B = newton_euler_dynamics(arm.chain, rotors).mass_matrix(q)
+        for i in range(7):
+            assert np.abs(diagonal(Recursion.of(arm.chain, rotors), i, q) - B[:, i, i]).max() < 1e-13
 
 
 def test_brute_force_never_beats_the_search_and_the_maximiser_gives_the_value_inside_the_limits(arm, found):

@@ -10,7 +10,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.gains import gravity_stiffness
-from lwr_dyn.control.laws.adaptive import AdaptedParameters, SlotineLiRegressor, tuned_adaptive
+from lwr_dyn.control.laws.adaptive import AdaptedParameters, SlotineLiRegressor, scaled_gains, tuned_adaptive
 from lwr_dyn.control.protocol import WithMemory, describe
 from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
 from lwr_dyn.model.arm import arm_with_payload
@@ -81,6 +81,8 @@ def test_base_parameters_move_every_torque_that_parameters_can_move():
     assert W.shape == (70, 43)  # what is known of an arm with seven turning joints, the first one upright
     assert law.signals["adapted_base"].shape == (70,)
     Y = np.concatenate([regressor(*state[[0, 1, 3, 4]]) for state in STATES])
+    rates = np.tile(scaled_gains(GAIN), 7)[:, None] * Y.T  # of all 70 by the gradient law: it never leaves the columns
+    np.testing.assert_allclose(W @ np.linalg.lstsq(W, rates, rcond=None)[0], rates, rtol=0, atol=1e-9 * GAIN)
     any_change = np.random.default_rng(4).normal(size=70)
     theta = np.linalg.lstsq(Y @ W, Y @ any_change, rcond=None)[0]
     np.testing.assert_allclose(Y @ W @ theta, Y @ any_change, rtol=0, atol=1e-8)
