@@ -21,7 +21,8 @@ KINDS = {"&&": "logic", "||": "logic"} | dict.fromkeys(("+", "-", "*", "/", "+="
 NUMBERS = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[-+]?\d+)?|\d+e[-+]?\d+|\d+)(?![\w.])")
 CONDITION = re.compile(r"\bif \((.*)\) \{$")
 STATEMENT = re.compile(r"^\s*([a-z_]\w*(?:\[.*\])? (?:[-+*/]?=) .*;|[a-z_]\w*\([^?]*\);|break;|continue;)$")
-DECLARES_ROOM = re.compile(r"^\s*(?:double|int) \w+\[")
+DECLARES_ROOM = re.compile(r"^\s*(?:double|int) \w+\[|^\w.*\(.*\w\[\d+\]")
+"""Of an array, or of one that a function is given, where the number changes nothing."""
 COMMENT = re.compile(r"/\*.*?\*/", re.S)
 
 

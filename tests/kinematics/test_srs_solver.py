@@ -31,7 +31,7 @@ def numpys(arm, T, **options):
 
 
 @pytest.mark.parametrize("arm_angle", [None, 0.7])
-@pytest.mark.parametrize("name", ["lwr4plus", "iiwa14", "wam7", 3, 4])
+@pytest.mark.parametrize("name", ["lwr4plus", "iiwa14", "wam7", 0, 11])
 def test_the_solutions_and_intervals_are_those_of_numpy(name, arm_angle):
     """Of random arms too, whose ranges have their middles anywhere."""
     arm, statuses = random_srs_arm(name) if isinstance(name, int) else lwr_dyn.load(name), set()

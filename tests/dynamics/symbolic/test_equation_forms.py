@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import sympy as sp
 from matplotlib.mathtext import MathTextParser
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import template
+from lwr_dyn.arms.papers.reader import parse_paper
 from lwr_dyn.dynamics.symbolic import equation_forms as forms
+from lwr_dyn.dynamics.symbolic import link_motion
 from lwr_dyn.dynamics.symbolic.arm_equations import equations_of_motion
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.model.chain import JointKind, link_frames
@@ -131,7 +135,47 @@ def test_names_beyond_nine_joints_stay_apart():
     assert forms.named_entries(11)["B_1,11"] == ("B", 0, 10)
 
 
+def test_the_shortest_form_counts_sines_for_cosines_and_double_angles():
+    a, b, q = sp.symbols("a b q1")
+    s, c = sp.sin(q), sp.cos(q)
+    short = {a * c**2 + a * s**2 + b * s**2 - a: b * s**2, a * c**2 - a: -a * s**2, 2 * a * s * c: a * sp.sin(2 * q),
+             c**2 - s**2: sp.cos(2 * q)}  # fmt: skip
+    assert {long: link_motion._shortest(long) for long in short} == short
+
+
+TWO_LINKS = """\
+A1 =
+[cos(q1)  0  sin(q1)   0 ]
+[                        ]
+[sin(q1)  0  -cos(q1)  0 ]
+[                        ]
+[   0     1     0      d1]
+[                        ]
+[   0     0     0      1 ]
+A2 =
+[cos(q2)  -sin(q2)  0  0]
+[                       ]
+[sin(q2)  cos(q2)   0  0]
+[                       ]
+[   0        0      1  0]
+[                       ]
+[   0        0      0  1]
+origin of frame 2 by full product: 4 products, 0 sums
+origin of frame 2 by vector route: 0 products, 0 sums
+  x = 0
+  y = 0
+  z = d1"""
+"""By hand: axis 2 across axis 1 at the height d1."""
+
+
 def test_symbols_print(lwr_dyn_command):
+    text = template("two.toml", "two", "RR")
+    assert link_motion.dh_matrices_text(parse_paper(text, "two.toml")) == TWO_LINKS
+    bent = text.replace(
+        "[flange]", '[dh.beta]\nvalues = [0, 0.1]\nunit = "rad"\nwhere = "x"\nkind = "assumed"\n[flange]'
+    )
+    with pytest.raises(OptionError, match=r"DH matrices of two.toml: dh.beta; allowed: a DH table without it"):
+        link_motion.dh_matrices_text(parse_paper(bent, "two.toml"))
     lines = lwr_dyn_command("fk", "lwr4", "--symbolic")[1].splitlines()
     costs = ["full product: 68 products, 31 sums", "vector route: 12 products, 5 sums"]
     (at,) = (k for k, line in enumerate(lines) if line == f"origin of frame 7 by {costs[0]}")

@@ -10,6 +10,8 @@ from lwr_dyn.codegen.branches.compiled_text import ctypes_runner
 from lwr_dyn.kinematics.closed_forms.arm_numbers import numbers_of_solutions, places
 from lwr_dyn.kinematics.closed_forms.runners import RUNNERS, python_runner
 from lwr_dyn.kinematics.six_joints.exact_arms import six_joint_form
+from lwr_dyn.kinematics.solution import MOST_COPIES, TURN
+from lwr_dyn.kinematics.solution_rows import TOUCH
 from tests.kinematics.six_joints.six_joint_arms import six_joint_arm
 
 
@@ -53,6 +55,42 @@ def test_python_gives_the_bits_of_machine_code(name):
             residual = slice(places(6)["RESIDUAL"], places(6)["RESIDUAL"] + 8)
             assert ours[residual].tobytes() == theirs[residual].tobytes()
             assert ours[residual].max() > 0.0
+
+
+@pytest.mark.parametrize("make", ["python", "compiled"])
+@pytest.mark.parametrize("reach", [None, 2.1, 20.0])
+def test_branches_are_judged_as_numpy_judges_their_positions(reach, make):
+    """Whole turns inside the limits, their products and sums, the branch that is least outside, the residuals."""
+    arm = lwr_dyn.load("kr30ha") if reach is None else six_joint_arm("ur10", reach=reach)
+    run, at = of(RUNNERS.load(make), arm).run, places(6)
+    checked, seen = six_joint_form(arm).texts[-1] == "three_parallel", set()
+    for T in poses(arm, 24):
+        out = run(T)
+        q = out[:48].reshape(8, 6)
+        first = np.ceil((arm.lower - TOUCH - q) / TURN)
+        many = np.floor((arm.upper + TOUCH - q) / TURN) - first + 1.0
+        total = np.where((many < 1.0).any(axis=1), 0.0, many.prod(axis=1))
+        there = np.isfinite(q[:, 0])
+        too_many = there & (total > MOST_COPIES)
+        copies, out_of = np.where(too_many, 1.0, total)[there].sum(), there & (total == 0.0)
+        kept = there & ~too_many
+        assert np.array_equal(out[at["FIRST"] : at["FIRST"] + 48].reshape(8, 6)[kept], first[kept])
+        assert np.array_equal(out[at["MANY"] : at["MANY"] + 48].reshape(8, 6)[kept], many[kept])
+        sums = [out[at[name]] for name in ("INSIDE", "OUTSIDE", "LEFT_OUT")]
+        assert sums == [copies, out_of.sum(), (total[too_many] - 1.0).sum()]
+        room = np.minimum(arm.upper - q, q - arm.lower)
+        if out_of.any():
+            least = room[out_of][room[out_of].min(axis=1).argmax()]
+            assert (out[at["MARGIN"]], out[at["JOINT"]]) == (least.min(), least.argmin())
+        off = np.abs(lwr_dyn.forward_kinematics(arm, np.where(there[:, None], q, 0.0)) - T)[there].max(axis=(1, 2))
+        worst = out[at["RESIDUAL"] : at["RESIDUAL"] + 8]
+        if checked and abs(np.trace(T[:3, :3] @ T[:3, :3].T) - 3.0) < 1e-12:  # else it is judged by the nearest pose
+            np.testing.assert_allclose(worst[there], off, rtol=0, atol=5e-16)
+            assert out[at["WORST"]] == worst.max() > 0.0 or not there.any()
+        seen |= {
+            name for name, found in (("inside", copies), ("outside", out_of.any()), ("cut", too_many.any())) if found
+        }
+    assert seen == {"inside", "cut" if reach == 20.0 else "outside"}
 
 
 def test_rows_of_many_copies_and_of_none_inside():
