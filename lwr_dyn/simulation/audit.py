@@ -242,8 +242,6 @@ class Intervals:
             every = one if self.model.form in ("smooth", "viscous") else lambda v: np.array([one(x) for x in v])
             base = recorded - every(dq)
             return lambda v: base + every(v)
-        if self.model.form == "none":
-            return lambda v: recorded
         parts = list(self._by_side())
 
         def change(v: Array) -> Array:

@@ -181,7 +181,7 @@ def known_motion(reference: Reference, t: Array) -> Motion:
         return known
     motion = reference.sample(t)
     if len(t) <= LONGEST and _is_fixed(reference):
-        for old in list(_motions)[: 1 + len(_motions) - _KEPT]:
+        for old in list(_motions)[: max(0, 1 + len(_motions) - _KEPT)]:
             _motions.pop(old, None)
         _motions[key] = motion
     return motion

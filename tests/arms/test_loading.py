@@ -87,6 +87,10 @@ def test_a_written_urdf_carries_rotors_and_a_run_finds_its_arm_with_them_its_mou
     again = arm_of(saved_run(tmp_path, arm, STATES[0, 0]))
     assert np.array_equal(lwr_dyn.forward_kinematics(again, STATES[0]), lwr_dyn.forward_kinematics(arm, STATES[0]))
     assert np.array_equal(again.chain.bodies[-1].inertia_com, arm.chain.bodies[-1].inertia_com)
+    run = lwr_dyn.simulate(
+        arm, lwr_dyn.controller("pd-gravity", arm), lwr_dyn.reference("hold", arm, q=STATES[0, 0]), duration=0.002
+    )
+    assert arm_of(run) is arm
 
 
 def test_advice_says_which_are_missing_and_other_commands_do_not(lwr_dyn_command):

@@ -9,7 +9,14 @@ import pytest
 import lwr_dyn
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.inverse import inverse_kinematics
-from lwr_dyn.kinematics.solution import MOST_COPIES, TURN, joint_distance, nearest_solution, whole_turns
+from lwr_dyn.kinematics.solution import (
+    MOST_COPIES,
+    TURN,
+    drawing_range,
+    joint_distance,
+    nearest_solution,
+    whole_turns,
+)
 from lwr_dyn.kinematics.solution_rows import Solution, SolutionRows
 from lwr_dyn.model.arm import JointLimits
 
@@ -19,6 +26,15 @@ RESIDUAL = 1e-12
 
 def pose(arm, q):
     return lwr_dyn.forward_kinematics(arm, q)
+
+
+def test_what_is_drawn_where_limits_are_not_known_is_one_turn_or_two_metres():
+    inf = np.inf
+    lower, upper = np.array([-1.0, -inf, 0.5, -inf, -inf, 0.5]), np.array([2.0, 1.0, inf, inf, 0.25, inf])
+    turning = np.array([True, True, True, True, False, False])
+    ends = drawing_range(turning, lower, upper)
+    assert np.array(ends).T.tolist() == [
+        [-1.0, 2.0], [1.0 - TURN, 1.0], [0.5, 0.5 + TURN], [-np.pi, np.pi], [-1.75, 0.25], [0.5, 2.5]]  # fmt: skip
 
 
 def test_the_nearest_solution_has_the_smallest_joint_distance_and_a_stretched_arm_one_alone():

@@ -85,6 +85,7 @@ def test_mass_is_kept_by_a_lock_and_grows_by_a_payload():
         assert sum(body.mass for body in changed.bodies) == pytest.approx(expected, rel=ROUNDING)
     assert loaded.links[:-1] == chain.links[:-1]
     assert with_payload(chain, 0.0).bodies == chain.bodies
+    assert not any(x.flags.writeable for x in (chain.gravity, chain.flange.position, chain.bodies[0].com))
     for impossible in (-1e-9, np.nan, np.inf):
         with pytest.raises(OptionError, match=r"payload mass: .*; allowed: a number >= 0, in kg"):
             with_payload(chain, impossible)

@@ -90,6 +90,8 @@ def test_the_response_is_that_of_a_written_filter():
         return (1 - a) / (1 - a * np.exp(-2j * np.pi * f * h))
 
     assert np.abs(found.H / theory_at(found.f) - 1.0).max() < 1e-3
+    assert not found.f.flags.writeable
+    assert not found.coherence.flags.writeable
     growth = (high / low) ** 0.05
     assert low * growth <= found.f[0] < low * growth * 2 ** (1 / 24 + 0.35)
     assert high / growth * 2 ** (-1 / 12) < found.f[-1] <= high / growth

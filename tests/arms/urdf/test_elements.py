@@ -17,6 +17,7 @@ def test_a_copy_is_the_element_indented_with_its_numbers_and_a_frame_weighs_noth
     out = SourcedText()
     out.copied(2, compact(ElementTree.fromstring(xml)), "/v")
     assert compact(ElementTree.fromstring("\n".join(out.text))) == compact(ElementTree.fromstring(xml))
+    assert '      <origin xyz="1 2  3" rpy="1e999 0 0"/>' in "\n".join(out.text).split("\n")
     assert {path: x.written for path, x in out.attributes.items()} == {"/v/origin/@xyz": (1.0, 2.0, 3.0)}
     assert out.attributes["/v/origin/@xyz"].word == elements.COPIED
     out = SourcedText()

@@ -75,6 +75,8 @@ def test_several_arms_are_listed_with_what_to_type_and_an_unknown_tip_names_thei
         obvious_tip(tree)
     listed = "f (7 joints), z (7 joints), tilt (3 joints), k3 (3 joints), m3 (3 joints)"
     assert str(fault.value) == f"arm.urdf: tip: the tree has 5 arms or legs; allowed: one of them by --tip: {listed}"
+    _, tree = tree_of(tmp_path, [*fixed("base", "lamp"), *fixed("base", "arm"), *fixed("arm", "hand")])
+    assert obvious_tip(tree) == "hand"  # nothing moves: the deepest end, and what it lacks is said when it is read
     _, tree = tree_of(tmp_path, [*chain("base", *"abcd"), *chain("d", *"efghi"), *chain("d", *"uvwxy")])
     with pytest.raises(UrdfError, match=r"2 arms or legs; .*: i \(9 joints\), y \(9 joints\)$"):
         obvious_tip(tree)

@@ -197,6 +197,8 @@ def test_bounds_are_where_they_are_said_to_be(names, good, bad, words):
 def test_a_value_counts_its_characters_and_members_and_each_list_as_ten():
     values = ("abc", 5, None, [1, "ab"], [[1], [2]], {"a": 1}, ())
     assert [_size(value) for value in values] == [4, 1, 1, 14, 34, 13, 10]
+    with pytest.raises(ExpressionError, match="a value longer than"):  # its parts are short, all together are not
+        _size([["a" * 600_000], ["a" * 600_000]])
 
 
 def test_values_of_many_levels_and_those_that_are_not_plain_are_refused(names):

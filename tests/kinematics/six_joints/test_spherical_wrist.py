@@ -143,3 +143,7 @@ def test_constants_are_those_of_the_table_and_arms_without_a_spherical_wrist_are
     assert (abs(g.lateral), np.hypot(*g.lever)) == pytest.approx((0.0, 0.0), abs=1e-14)
     assert abs(g.straight) == pytest.approx(np.arctan2(0.145, 0.82))
     assert spherical_wrist.planar_arm(spherical_wrist.six_axes(KR30.chain), ball_starts=4) is None
+    mounted = spherical_wrist.wrist_arm_geometry(
+        lwr_dyn.load("kr30ha", mount={"xyz": [0.3, -0.2, 1.4], "rpy_deg": [0, 0, 35]}).chain
+    )
+    assert (mounted.lateral, mounted.front) == pytest.approx((g.lateral, g.front), abs=1e-14)
