@@ -88,6 +88,7 @@ def test_torques_are_cut_at_the_limits_wherever_they_are_written():
 def test_the_pole_of_a_velocity_filter_and_gains_that_are_one_number_or_one_a_joint():
     assert filter_pole(100.0, 1000.0) == pytest.approx(np.exp(-0.2 * np.pi), rel=1e-15)
     assert filter_pole(499.999, 1000.0) < filter_pole(1e-3, 1000.0) < 1.0
+    assert filter_pole(0.1, 0.5) == pytest.approx(np.exp(-0.4 * np.pi), rel=1e-15)
     gains = positive_gains("Kp", [1.0, 2.0], 2)
     assert (positive_gains("Kp", 2.0, 3).tolist(), gains.tolist(), gains.flags.writeable) == ([2.0] * 3, [1, 2], False)
 

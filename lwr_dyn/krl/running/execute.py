@@ -159,6 +159,8 @@ def _ends_pass(m: RunningProgram) -> bool:
     frame = m.stack[-1]
     at = frame.at
     x = frame.routine.file.lines[at].statement if at < frame.routine.last else None
+    if isinstance(x, s.Move | s.SplineBlock | s.Wait):
+        m.log.position = frame.routine.file.place(at)
     if isinstance(x, s.Move | s.SplineBlock):
         raise ExecutionError("submit-motion", "a submit program moves the robot", "motions belong into a .src")
     if isinstance(x, s.Wait):

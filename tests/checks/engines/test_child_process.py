@@ -61,12 +61,14 @@ def test_a_refusal_is_one_line_with_the_parser_s_own_words(two, tmp_path):
     assert ("\n" in refusal, "does not contain a valid URDF model" in refusal, "uper" in refusal) == (False, True, True)
 
 
-def test_prints_of_both_streams_are_kept(capfd):
+def test_prints_of_both_streams_are_kept(capfd, monkeypatch):
+    monkeypatch.setattr("sys.stdout", os.fdopen(1, "w", closefd=False))  # keeps what is printed until it is flushed
     with quiet() as lines:
         os.write(2, b"Error:   no such joint\n")
         os.write(1, b"a banner\n")
+        print("kept back by Python", end="")
     os.write(1, b"after\n")
-    assert lines == ["Error:   no such joint", "a banner"]
+    assert lines == ["Error:   no such joint", "a banner", "kept back by Python"]
     assert capfd.readouterr() == ("after\n", "")
     assert one_line(ValueError("refused\nby it"), lines) == "refused by it (Error:   no such joint)"
     assert one_line(KeyError(), []) == "KeyError"

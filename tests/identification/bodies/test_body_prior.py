@@ -140,7 +140,7 @@ def test_equations_are_read_and_other_texts_and_names_refused(columns):
 def test_a_body_that_cannot_be_is_raised_to_the_nearest_thin_one_and_what_lacks_is_guessed(lwr, columns):
     table = columns.own(lwr).copy()
     thin, absent, first, second = slice(20, 30), slice(30, 40), columns.of_joint(0), columns.of_joint(1)
-    table[thin] = [2.0, 0, 0, 0, 0.02, 0, 0, 0.02, 0, 0.05]  # Izz exceeds Ixx + Iyy: P has -0.005 in z
+    table[thin] = [2.0, np.nan, 0, 0, 0.02, np.nan, 0, 0.02, 0, 0.05]  # Izz exceeds Ixx + Iyy: P has -0.005 in z
     table[absent], table[columns.rotor_indices[4]] = 0.0, 0.0
     table[first.start + 1 : first.stop] = 10.0, 4.0, 0.2  # Coulomb, viscous, offset
     found = body_prior(columns, table)

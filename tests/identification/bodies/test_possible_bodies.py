@@ -92,12 +92,12 @@ def test_a_negative_moment_is_named_with_its_link_and_whether_noise_explains_it(
 
 def test_a_mass_matrix_that_is_not_positive_definite_is_named_with_its_configuration(lwr_with):
     """A product of inertia above all moments."""
-    columns, values, (verdict, unsure) = lwr_with("Ixy_4", 1.5, 1e-4, 10.0)
+    columns, values, (verdict, unsure) = lwr_with("Ixy_4", 0.7, 1e-4, 10.0)
     found = verdict.mass_matrix
     B = possible_bodies.mass_matrix_columns(columns, found.q[None])[0] @ values
     lowest, motion = np.linalg.eigh(B)
     assert found.lowest == pytest.approx(lowest[0])
-    assert found.lowest < 0 < found.share <= 1
+    assert found.lowest < 0 < found.share < 1  # at some configurations only
     assert found.joint == np.argmax(np.abs(motion[:, 0])) + 1
     assert (verdict.negative, found.noise_can_explain, unsure.mass_matrix.noise_can_explain) == ((), False, True)
     assert "B(q) is not positive definite at" in possible_bodies.body_lines(verdict)[0]

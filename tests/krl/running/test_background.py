@@ -219,6 +219,13 @@ def test_a_submit_program_answers_an_output(arm):
     assert (last.kind, last.begin < 0.05) == ("PTP", True)
     with pytest.raises(ProgramError, match="nothing here can change it"):
         run_program(program, arm)
+    faults = {"PTP {A1 5}": "a submit program moves the robot", "WAIT FOR $IN[7]": "the input $IN[7] has no value"}
+    for line, words in faults.items():
+        other, _ = parse_text(submit.replace("$FLAG[2] = TRUE", line), "sps.sub")
+        program = program_of(parse_text(source, "a.src")[0], None, [other])
+        with pytest.raises(ProgramError) as fault:
+            run_program(program, arm, cell=cell('submits = ["sps.sub"]'))
+        assert str(fault.value).startswith(f"sps.sub:4:1: {words}; ")
 
 
 def program(*lines):

@@ -7,10 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import umsgpack
+from tornado.ioloop import IOLoop
+from tornado.websocket import websocket_connect
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.pages.replay import live
+from lwr_dyn.pages.replay import live, replay_page
 from tests.headless import logs, opened, waiting
 
 POSE = 1e-6
@@ -76,10 +79,26 @@ def test_a_pose_sent_from_python_moves_the_page(server, browser, arm):
     assert said == []
 
 
-def test_garbage_on_the_websocket_is_passed_over_in_silence(server, capfd):
-    from tornado.ioloop import IOLoop
-    from tornado.websocket import websocket_connect
+def test_a_page_that_is_opened_later_gets_the_pose_that_was_shown_last(server, arm):
+    q, found = np.array([0.1, 0.2, -0.3, 0.4, 0.5, -0.6, 0.7]), {}
+    server.show(q, run=1)
+    expected = {command["path"]: command["matrix"] for command in replay_page.pose_commands(arm, q, 1)}
 
+    async def open_page():
+        page = await websocket_connect(server.url.replace("http", "ws"))
+        while not expected.keys() <= found.keys():
+            command = umsgpack.unpackb(await page.read_message())
+            if command["type"] == "set_transform":
+                found[command["path"]] = command["matrix"]
+        page.close()
+
+    loop = IOLoop(make_current=False)
+    loop.run_sync(open_page, timeout=20)
+    loop.close(all_fds=True)
+    assert {path: found[path] for path in expected} == expected
+
+
+def test_garbage_on_the_websocket_is_passed_over_in_silence(server, capfd):
     async def send_garbage():
         for message in ("", "no json", "{}", '{"data": 1}', b"\xff\x00", "[" * 10_000):
             page = await websocket_connect(server.url.replace("http", "ws"))
