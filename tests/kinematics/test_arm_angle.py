@@ -239,3 +239,7 @@ def test_beside_a_whole_circle_an_interval_stays_where_it_is(middle):
     for a, b in ((whole, narrow), (narrow, whole)):
         width, turn = overlap(a, b)
         assert (width, turn) == (pytest.approx(0.2), 0.0)
+    rows = AngleIntervals(*(np.array([narrow, whole, narrow])[:, [k]] for k in (0, 1)))
+    found = connected_arm_angles(rows)  # a whole circle is cut opposite to the row before
+    around = (middle - np.pi, middle + np.pi)
+    assert pytest.approx(np.array([narrow, around, narrow])) == np.array([found.low, found.high]).T

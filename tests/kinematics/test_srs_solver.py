@@ -21,6 +21,7 @@ from tests.kinematics.srs_arms import random_srs_arm
 def poses(arm, count, seed=0):
     rng = np.random.default_rng(seed)
     q = rng.uniform(arm.lower, arm.upper, (count, 7))
+    q[4::5, 3] = 0.98 * arm.upper[3] + 0.02 * arm.lower[3]  # the elbow has the smallest margin at many arm angles
     T = lwr_dyn.forward_kinematics(arm, q)
     T[3::10, :3, 3] *= 3.0
     return q, T

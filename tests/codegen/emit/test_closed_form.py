@@ -2,6 +2,7 @@
 
 import ctypes
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -140,6 +141,22 @@ def test_aligned_joints_keep_the_pose_and_the_length_of_the_intervals(library):
             assert abs(np.diff(pairs).sum() - np.diff(wanted).sum()) < 1e-6
 
 
+def test_rolls_that_turn_about_one_line_share_their_ranges(tmp_path):
+    """A straight arm whose rolls have narrow and uneven ranges: the intervals of their sums, at several levels."""
+    arm, several = lwr_dyn.load("lwr4plus"), 0
+    rolls = {0: (-0.5, 1.1), 2: (-0.9, 0.7), 4: (-0.8, 1.0), 6: (-0.7, 0.9)}
+    limits = [replace(x, lower=rolls[i][0], upper=rolls[i][1]) if i in rolls else x for i, x in enumerate(arm.limits)]
+    arm = replace(arm, limits=tuple(limits))
+    library = SharedLibrary(emitted_arm(arm, [NAME]), tmp_path)
+    for first, last in ((0.3, -0.1), (-0.4, 0.4), (0.0, 0.8), (1.0, -0.5)):
+        T = np.ascontiguousarray(flange_pose(arm.chain, np.array([first, 0.0, 0.2, 0.0, first - last, 0.0, last])))
+        for level in (-0.5, 0.0, 0.1):
+            for pairs, wanted in intervals(library, T, level):
+                assert abs(np.diff(pairs).sum() - np.diff(wanted).sum()) < 1e-6
+                several += 0.0 < np.diff(wanted).sum() < 6.0
+    assert several > 20
+
+
 def test_the_nearest_follows_a_path_and_stops_at_the_limits(library):
     arm, out = library.arm, np.zeros(library.arm.n)
     q, _, _ = states(arm, 2, 10)
@@ -157,6 +174,11 @@ def test_the_nearest_follows_a_path_and_stops_at_the_limits(library):
             status = library.call(NAME + "_near", T, more[0] + 1.5, start, out, kind=ctypes.c_int)
             assert np.maximum(arm.lower - out, out - arm.upper).max() < 1e-9
             assert np.abs(flange_pose(arm.chain, out) - T).max() < CLOSE
+            library.call(NAME + "_arm_angle", out.copy(), angle, kind=None)
+            label = "".join("+" if sign > 0.0 else "-" for sign in angle[1:])
+            ends = np.array(lwr_dyn.inverse_kinematics(arm, T).arm_angle_intervals[label])
+            away = np.abs(wrap(more[0] + 1.5 - ends.mean(axis=1))) - np.ptp(ends, axis=1) / 2.0
+            assert abs(wrap(angle[0] - more[0] - 1.5)) == pytest.approx(max(0.0, away.min()), abs=1e-9)
             seen.add(status)
         T[:3, 3] *= 10.0
         out[:] = 9.0
