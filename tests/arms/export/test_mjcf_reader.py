@@ -195,6 +195,9 @@ def test_gears_drives_and_losses_are_those_of_the_joint(foreign):
     assert arm.armature.tolist() == [0.3] * 4
     assert [(x.viscous, x.coulomb) for x in arm.limits] == [(0.7, 0.2)] * 4
     assert [(x.effort, x.lower) for x in arm.limits] == [(100.0, None), (None, None), (65.0, -1.0), (None, None)]
+    for own, effort in (("-30 20", 30.0), ("-300 300", 100.0)):  # the joint's own bound beside that of its motor
+        foreign.write_text(FOREIGN.replace('name="off_centre"', f'name="off_centre" actuatorfrcrange="{own}"'))
+        assert lwr_dyn.load(foreign).limits[0].effort == effort
     assert arm.chain.gravity.tolist() == [0.1, -0.2, -9.7]
     assert arm.sources["off_centre.viscous"][0].cell == "//joint[@name='off_centre']/@damping"
     assert arm.sources["wrist.mass"][0].cell == "//body[@name='wrist']"

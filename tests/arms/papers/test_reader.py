@@ -91,6 +91,29 @@ def test_an_erratum_must_find_its_printed_value(old, new, message):
         parse_paper(GOOD + ERRATUM.replace(old, new, 1), "own.toml", "corrected")
 
 
+SECOND = ERRATUM.partition("[reading.printed]")[0].replace("mass-2", "all-masses")
+
+
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize(
+    ("cell", "read", "clash"),
+    [("mass.values", "[2.0, 3.0]", True), ("mass.values[1]", "3.0", True), ("mass.values[0]", "3.0", False)],
+)
+def test_two_errata_of_a_reading_change_no_cell_twice_nor_one_inside_the_other(cell, read, clash, first):
+    printed = "[2.0, 2.0]" if cell == "mass.values" else "2.0"
+    patch = f'inertial.{cell}", printed = {printed}, read = {read}'
+    second = SECOND.replace('inertial.mass.values[1]", printed = 2.0, read = 3.0', patch)
+    both = ERRATUM.replace('errata = ["mass-2"]', 'errata = ["mass-2", "all-masses"]')
+    text = GOOD + (second + both if first else both.replace("[reading.printed]", second + "[reading.printed]"))
+    if not clash:
+        assert parse_paper(text, "own.toml", "corrected").columns["inertial.mass"].values == (3.0, 3.0)
+        return
+    with pytest.raises(
+        PaperError, match=r"errata \S+ and \S+: both read inertial.mass.values.*; allowed: one erratum of"
+    ):
+        parse_paper(text, "own.toml", "corrected")
+
+
 def test_unknown_names_and_files_are_refused_with_what_is_known(tmp_path):
     for arguments, words in (
         (("lwr4pluss",), r"did you mean lwr4plus\?.*known: iiwa14, kr30ha, lwr4, lwr4plus, panda"),

@@ -40,6 +40,9 @@ def test_an_arm_that_was_built_in_code_has_no_source_and_blocks_only_what_the_ar
     assert set(blocks) == {"friction", "transmission", "gains"}
     assert blocks["transmission"]["motors_by_joints"] == arm.transmission.matrix.tolist()
     assert all(arm.sources[name] for name in model_files.sidecar_quantities(arm))
+    one_rotor = lwr_dyn.load("kr30ha", rotor={"A2": 80.0})
+    assert sorted(model_files.model_files(one_rotor, "k")) == ["k.provenance.json", "k.srdf", "k.urdf", "k.xml"]
+    assert sorted(model_files.model_files(lwr_dyn.load("lwr4"))) == ["lwr4.provenance.json", "lwr4.urdf"]
     plain = random_arm(3, "RP")
     assert (model_files.sidecar_blocks(plain), model_files.sidecar_quantities(plain)) == ({}, ())
 

@@ -150,6 +150,8 @@ def test_rolls_that_turn_about_one_line_share_their_ranges(tmp_path):
     library = SharedLibrary(emitted_arm(arm, [NAME]), tmp_path)
     for first, last in ((0.3, -0.1), (-0.4, 0.4), (0.0, 0.8), (1.0, -0.5)):
         T = np.ascontiguousarray(flange_pose(arm.chain, np.array([first, 0.0, 0.2, 0.0, first - last, 0.0, last])))
+        poses, psi = np.tile(T, (7, 1, 1)), np.linspace(-3.0, 3.0, 7)
+        assert np.abs(wrap(branches(library, poses, psi)[0] - expected_branches(arm, poses, psi)[0])).max() < 1e-7
         for level in (-0.5, 0.0, 0.1):
             for pairs, wanted in intervals(library, T, level):
                 assert abs(np.diff(pairs).sum() - np.diff(wanted).sum()) < 1e-6

@@ -139,7 +139,7 @@ def test_the_shortest_form_counts_sines_for_cosines_and_double_angles():
     a, b, q = sp.symbols("a b q1")
     s, c = sp.sin(q), sp.cos(q)
     short = {a * c**2 + a * s**2 + b * s**2 - a: b * s**2, a * c**2 - a: -a * s**2, 2 * a * s * c: a * sp.sin(2 * q),
-             c**2 - s**2: sp.cos(2 * q)}  # fmt: skip
+             c**2 - s**2: sp.cos(2 * q), a * c**3 - a * c: -a * s**2 * c}  # fmt: skip
     assert {long: link_motion._shortest(long) for long in short} == short
 
 
