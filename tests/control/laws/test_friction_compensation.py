@@ -16,6 +16,7 @@ from lwr_dyn.control.laws.friction_compensation import (
     with_measured_friction,
 )
 from lwr_dyn.control.protocol import WithMemory, describe, reset
+from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.model.friction import Direction, JointFriction, smooth_friction, symmetric
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
 from tests.control.laws.written_out import REGULAR, states
@@ -119,6 +120,10 @@ def test_hand_guiding_is_gravity_friction_and_damping():
     for q, dq, *rest in states(WAM):
         expected = ROAD_B.gravity_vector(q) + 0.7 * friction(dq) - 2.0 * ROAD_B.mass_matrix(q) @ dq
         np.testing.assert_allclose(controller(0.0, q, dq, *rest), expected, atol=1e-10)
+    partly = replace(WAM, friction=(WAM.friction[0], *[None] * 6))
+    assert [HandGuiding(x, ROAD_A).share for x in (WAM, partly, BARE)] == [0.8, 0.8, 0.0]  # as far as it is known
+    with pytest.raises(ShapeError, match="fading"):
+        HandGuiding(WAM, ROAD_A, fading=[1.0, 2.0])
 
 
 @pytest.mark.slow

@@ -55,6 +55,8 @@ def test_known_zeros_and_ones_are_left_out():
     choice = "double f(double x)\n{\n    if (A[0] > 0.0) {\n        return x;\n    }\n    return -x;\n}\n"
     assert "if" not in python_text(parsed(choice, {}), {"A_0": 1.0})
     assert "return -x" in python_text(parsed(choice, {}), {"A_0": 0.0})
+    one = "double f(double x)\n{\n    return COUNT == 2 ? x : -x;\n}\n"
+    assert [f"return {'-' * (k != 2)}x" in python_text(parsed(one, {"COUNT": k})) for k in (2, 3)] == [True, True]
 
 
 @pytest.mark.slow
