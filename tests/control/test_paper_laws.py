@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.paper_laws import PID, InverseDynamics, PDGravity, default_integral_gain
+from lwr_dyn.control.gains import worst_case_gains
+from lwr_dyn.control.paper_laws import PID, InverseDynamics, PDGravity, default_integral_gain, tuned_pd_gravity
 from lwr_dyn.control.protocol import WithMemory, describe, reset
-from lwr_dyn.foundation.errors import OptionError, ShapeError
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
 
 ROUNDING = 1e-11
 """[N m] Torques of hundreds of N m, by two orders of summation."""
@@ -37,6 +38,15 @@ def test_the_formulas_are_those_of_the_paper(model):
         y = Kp * e + Kd * de + feedforward * ddq_ref
         close(law(0.0, *STATE), ROAD_B.mass_matrix(q) @ y + ROAD_B.coriolis_matrix(q, dq) @ dq + gravity * g)
     np.testing.assert_array_equal(before, STATE)  # the laws leave their arguments alone
+
+
+def test_own_gains_are_those_of_the_file_and_an_arm_without_them_has_none():
+    wam = lwr_dyn.load("wam7")
+    law = tuned_pd_gravity(wam, lwr_dyn.dynamics_of(wam), own_gains=True)
+    assert (law.Kp.tolist(), law.Kd.tolist()) == (wam.gains.Kp.tolist(), wam.gains.Kd.tolist())
+    assert tuned_pd_gravity(wam, lwr_dyn.dynamics_of(wam)).Kp.tolist() == worst_case_gains(wam).Kp.tolist()
+    with pytest.raises(MissingDataError, match="controller gains not given; needed for own_gains"):
+        tuned_pd_gravity(ARM, ROAD_A, own_gains=True)
 
 
 def test_the_integral_of_the_pid_is_the_sum_of_errors_and_reset_forgets_it():

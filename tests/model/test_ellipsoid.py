@@ -18,7 +18,8 @@ def test_a_thin_rod_is_as_long_as_it_must_be_and_a_plate_may_be_round_to_a_billi
     assert shape.centre.tolist() == [1.0] * 3
     np.testing.assert_allclose(shape.image.matrix()[:3], [[*row, 1.0] for row in shape.axes * shape.semi_axes])
     for second, is_one in ((-0.9e-9, True), (-1.1e-9, False), (np.nan, False)):
-        assert (solid_ellipsoid(1.0, np.zeros(3), np.diag([second, 0.5, 1.0])) is not None) == is_one
+        for size in (1.0, 0.2, 5.0):
+            assert (solid_ellipsoid(1.0, np.zeros(3), size * np.diag([second, 0.5, 1.0])) is not None) == is_one
     assert solid_ellipsoid(0.0, np.zeros(3), np.eye(3)) is None
 
 
