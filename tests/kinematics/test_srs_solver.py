@@ -14,8 +14,8 @@ from lwr_dyn.kinematics.arm_geometry import require_srs
 from lwr_dyn.kinematics.closed_forms.arm_numbers import numbers_of_solutions, numbers_of_srs
 from lwr_dyn.kinematics.closed_forms.runners import RUNNERS, python_runner
 from lwr_dyn.kinematics.inverse import inverse_kinematics
-from lwr_dyn.kinematics.solution import PoseProblem
-from tests.kinematics.srs_arms import random_srs_arm
+from lwr_dyn.kinematics.solution import BRANCHES, PoseProblem
+from tests.kinematics.srs_arms import problem_of, random_srs_arm
 
 
 def poses(arm, count, seed=0):
@@ -57,6 +57,21 @@ def test_the_solutions_and_intervals_are_those_of_numpy(name, arm_angle):
             assert np.array(ours.arm_angle_intervals[label]).ravel() == pytest.approx(np.array(pairs).ravel(), abs=1e-9)
         statuses.add(ours.status)
     assert statuses >= {"solved", "out of reach"}
+
+
+@pytest.mark.parametrize("name", ["lwr4plus", 0, 5, 11])
+def test_each_branch_stands_at_its_best_arm_angle(name):
+    """No arm angle of a grid has a larger smallest margin; by NumPy's margins."""
+    arm = random_srs_arm(name) if isinstance(name, int) else lwr_dyn.load(name)
+    q, grid = poses(arm, 12, 3)[0], np.linspace(-np.pi, np.pi, 721)
+    best = srs_margins.margins(problem_of(arm, q)[0], np.tile(grid, (96, 1))).min(axis=2).max(axis=1).reshape(12, 8)
+    for T, rows in zip(lwr_dyn.forward_kinematics(arm, q), best, strict=True):
+        found = inverse_kinematics(arm, T)
+        margins = {s.branch: s.margin for s in (*found.outside, *found.solutions)}
+        assert margins.keys() == {branch.label for branch in BRANCHES}
+        assert all(
+            margins[branch.label] >= row - srs_margins.CERTAIN for branch, row in zip(BRANCHES, rows, strict=True)
+        )
 
 
 def test_a_position_inside_the_limits_is_in_an_interval_and_found_again_there():
