@@ -8,7 +8,14 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.step_and_chirp import _first, frequency_responses, response_parts, responses_of, step_responses
+from lwr_dyn.simulation.step_and_chirp import (
+    _crossing,
+    _first,
+    frequency_responses,
+    response_parts,
+    responses_of,
+    step_responses,
+)
 from tests.simulation.answers import ARM, OMEGA, START, answered
 
 
@@ -145,6 +152,15 @@ def test_each_joint_has_its_answer_and_sweeps_that_did_not_end_are_left_out():
     loop, reference = lwr_dyn.controller("inverse-dynamics", ARM), lwr_dyn.reference("chirp", ARM, start=START, **SWEEP)
     run = lwr_dyn.simulate(ARM, loop, reference, duration=8.5, rate=500.0)
     assert [one.joint for one in frequency_responses(run, ARM)] == [1, 2]
+
+
+@pytest.mark.parametrize(
+    ("sizes", "at"),
+    [([1.0, 1.0, 0.25], 2.0 * 2.0 ** (0.5 / 2.0)), ([1.0, 0.25, 0.1], 2.0 ** (0.5 / 2.0)), ([0.5, 0.4, 0.3], np.nan),
+     ([0.5, 1.0, 0.3], np.nan), ([1.0, 0.9, 0.8], np.nan)],
+)  # fmt: skip
+def test_the_bandwidth_is_where_the_line_in_logarithms_first_meets_half_of_the_power(sizes, at):
+    assert _crossing(np.array([1.0, 2.0, 4.0]), np.array(sizes)) == pytest.approx(at, rel=1e-12, nan_ok=True)
 
 
 @pytest.mark.parametrize(("of", "task"), [(step_responses, "step"), (frequency_responses, "chirp")])
