@@ -198,3 +198,5 @@ def test_a_run_that_diverges_names_joint_and_time_and_keeps_what_was_computed():
     diverged = run.meta["diverged"]
     assert (diverged["t"], diverged["joint"]) == (fault.value.t, "joint_1") == (run.t[-1], "joint_1")
     assert np.isfinite(run.q).all()
+    with pytest.raises(DivergenceError, match=r"joint_1.* m/s at the last sample that can be followed"):  # it slides
+        simulate(one_joint(), lambda *_: [1e300], Still(np.zeros(1), 0.01), saturate=False)

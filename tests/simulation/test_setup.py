@@ -111,6 +111,7 @@ def test_a_run_that_diverges_names_time_and_joint_and_keeps_its_samples(method, 
     assert run.t[-1] == error.value.t < 1.0
     assert np.isfinite(run.q).all()
     assert run.meta["diverged"]["joint"] == error.value.joint == "joint_6"
+    assert " rad/s at the last sample that can be followed, beyond reach at the next" in run.meta["diverged"]["found"]
     assert {np.shape(w) for w in run.work.values()} == {run.t.shape}
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.inertia.worst_case import (
     JointInertia,
+    _refine,
     diagonal,
     with_joint_values,
     worst_case_inertia,
@@ -71,6 +73,16 @@ def test_another_maximum_is_called_one_only_after_it_was_followed_to_its_end():
         slope = (up - down) / (2 * step)
         inside = (q > arm.lower + step) & (q < arm.upper - step)
         assert np.abs(slope[inside]).max(initial=0.0) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("ends", "values", "places"), [(2.5, [2.5, 3.0, 2.5], [5.0, 1.0, 7.0]), (3.0, [3.0] * 3, [1.0] * 3)]
+)
+def test_climbs_that_ended_lower_are_followed_to_their_end_and_may_meet_the_best(ends, values, places):
+    q, value = np.array([[0.0], [1.0], [2.0]]), np.array([1.0, 3.0, 2.0])
+    followed = SimpleNamespace(local_maximum=lambda at: (at + 5.0, ends))
+    assert _refine(followed, q, value) == [3.0, ends, ends]
+    assert (value.tolist(), q.ravel().tolist()) == (values, places)
 
 
 def test_along_one_joint_the_largest_value_is_found_to_its_last_digits(arm):
