@@ -118,6 +118,18 @@ def test_a_mount_and_a_tool_are_links_of_names_that_are_free():
     assert "tool" not in names(tree_of(weighing), "link")
 
 
+@pytest.mark.parametrize("name", ["lwr4plus", "lwr4", "wam7", "kr30ha", "panda"])
+def test_each_line_is_one_tag_indented_by_its_depth(name):
+    tool = {"xyz": [0.0, 0.0, 0.2]} | ({} if name == "lwr4" else {"mass": 1.0, "inertia": [1e-3] * 3})
+    text, depth = lwr_dyn.urdf_text(lwr_dyn.load(name, mount={"on": "wall"}, tool=tool)), 0
+    for line in text.partition("-->\n")[2].splitlines():
+        tag = line.lstrip()
+        depth -= tag.startswith("</")
+        assert line == "  " * depth + tag
+        depth += "</" not in tag and not tag.endswith(("/>", "-->"))
+    assert depth == 0
+
+
 def test_links_without_a_mass_of_the_file_are_weightless_where_they_are_drawn(tmp_path):
     """A bare frame of a file stays bare; a drawn link that rests is weightless; a mass of the file is kept."""
     shape = "<visual><geometry><sphere radius='0.1'/></geometry></visual>"

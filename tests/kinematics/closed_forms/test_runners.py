@@ -128,3 +128,8 @@ def test_what_is_no_pose_gives_nothing(make):
         bad[place] = value
         assert run(bad) is None
     assert run(good @ np.diag([1.0, 1.0, -1.0, 1.0])) is None
+    for i, j in ((0, 1), (1, 2), (2, 0)):  # a row too long, and one that leans towards another
+        for row in (1.001 * good[i, :3], np.cos(0.001) * good[i, :3] + np.sin(0.001) * good[j, :3]):
+            bad = good.copy()
+            bad[i, :3] = row
+            assert run(bad) is None
