@@ -8,6 +8,7 @@ import sympy as sp
 from matplotlib.mathtext import MathTextParser
 
 import lwr_dyn
+from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.arms.papers.reader import parse_paper
 from lwr_dyn.dynamics.symbolic import equation_forms as forms
@@ -166,6 +167,21 @@ origin of frame 2 by vector route: 0 products, 0 sums
   y = 0
   z = d1"""
 """By hand: axis 2 across axis 1 at the height d1."""
+
+
+@pytest.mark.parametrize("convention", ["standard", "modified"])
+def test_the_product_of_the_matrices_is_the_pose_of_the_last_frame(convention):
+    """Also of a sliding joint, and of joints that turn and slide against their DH axes."""
+    sign = "sign = { values = [{}1, {}1, 1]"
+    text = template("x.toml", "x", "RPR", convention).replace(f"# {sign.replace('{}', '')}", sign.replace("{}", "-"))
+    paper, q = parse_paper(text, "x.toml"), np.array([0.4, -0.3, 0.7])
+    known = link_motion.length_values(paper) | {f"q{i + 1}": x for i, x in enumerate(q)}
+    product = np.eye(4)
+    for matrix in link_motion.dh_matrices(paper):
+        product = product @ np.array(matrix.subs(known), dtype=float)
+    assert paper.columns["dh.sign"].values == (-1.0, -1.0, 1.0)
+    *_, last, _ = link_frames(arm_from_paper(paper).chain, q)
+    np.testing.assert_allclose(product, last, rtol=0, atol=1e-12)
 
 
 def test_symbols_print(lwr_dyn_command):
