@@ -8,10 +8,21 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.checks.sensitivity.analysis import error_table, notes, sensitivity
-from lwr_dyn.checks.sensitivity.closed_loops import Conclusion, closed_loops, conclusions, shared_poses, statics_of
-from lwr_dyn.checks.sensitivity.study_tasks import PublishedClaim, simulated_task
+from lwr_dyn.checks.sensitivity.closed_loops import (
+    SAFE,
+    Conclusion,
+    closed_loops,
+    conclusions,
+    shared_poses,
+    statics_of,
+)
+from lwr_dyn.checks.sensitivity.study_tasks import PublishedClaim, controller_of, simulated_task
+from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
+from lwr_dyn.design.sampled_stability import stability_at
+from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
 from lwr_dyn.model.arm import arm_with_scaled_inertia
+from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
 
 PD, INVERSE = "PD + gravity, damping on dq", "inverse dynamics with feed-forward"
@@ -51,6 +62,25 @@ def test_a_controller_that_knows_its_plant_does_best(result):
     light, heavy = (runs[key].metrics.position_mrad.mean for key in (("true", "heavy"), ("heavy", "true")))
     assert np.sign(light[1]) == -np.sign(heavy[1])
     assert result.worst_mrad(INVERSE)[0, 1] == runs["true", "heavy"].worst_mrad
+    for errors, one in ((one.metrics.position_mrad, one) for one in result.runs):
+        assert one.worst_mrad == np.abs([errors.max, errors.min]).max()
+
+
+def test_a_loop_that_holds_is_sampled_as_wanted_and_another_is_continuous(arms):
+    """PD would need `SAFE` times the least rate that holds; both take the steps of the task."""
+    arm, model, statics = arms["true"], arms["heavy"], statics_of(arms, 3, 0, 50.0, 1.0)
+    study = simulated_task(arm, "joint-move")
+    start = study.reference.waypoints[0]
+    move = point_to_point(arm, np.array([start, start + 0.05]), [0.1])
+    study = replace(study, task=replace(study.task, substeps=2), reference=move)
+    runs = {(o.controller, o.model, o.plant): o for o in closed_loops(arms, study, statics, RATE)}
+    for choice, more in zip(study.task.controllers, ({"continuous": True, "loop": "stiff"}, {}), strict=True):
+        law, found = controller_of(model, choice, statics["heavy"].b), runs[study.labels[choice.id], "heavy", "true"]
+        run = lwr_dyn.simulate(model, law, move, plant=arm, rate=RATE, substeps=2, **more)
+        assert found.metrics.to_json() == metrics(run, arm).to_json()
+        q = move.sample(np.linspace(0.0, 0.1, 50)).q
+        least = stability_at(RestingLoop.of(dynamics_of(arm), law, q), Sampling(RATE), q).least_rate
+        assert found.rate == (RATE * np.ceil(SAFE * least / RATE) if more else RATE)
 
 
 def test_conclusions_are_computed(result):
@@ -58,8 +88,41 @@ def test_conclusions_are_computed(result):
     better = by_text[f"{INVERSE} tracks better than {PD} (RMS of the tip)"]
     tips = result.tip_rms_mm(INVERSE) < result.tip_rms_mm(PD)
     assert better.holds == {(x, y): tips[i, j] for i, x in enumerate(result.names) for j, y in enumerate(result.names)}
-    gains = [c.holds for c in result.conclusions if c.text.startswith("gains")]
-    assert gains == [{("heavy",): False}, {("heavy",): False}]
+    text = "gains from max B_ii are those of true within"
+    gains = [(c.text, c.holds) for c in result.conclusions[-2:]]
+    assert gains == [(f"{text} 1%", {("heavy",): False}), (f"{text} 5%", {("heavy",): False})]
+
+
+def test_a_limit_that_is_met_is_kept_and_an_unknown_one_says_nothing(result, monkeypatch):
+    """Of both laws, one figure each at its bound and one beyond; where a run failed, what needs it is open."""
+    pd, inverse = result.runs[0], result.runs[4]
+    order = "inverse tracks better than PD (RMS of the tip)"
+    limits = [
+        f"{what} keep to their limits under {name}" for name in ("PD", "inverse") for what in ("torques", "speeds")
+    ]
+
+    def judged(of_pd, of_inverse):
+        runs = [replace(one, metrics=more and replace(one.metrics, **more))
+                for one, more in ((pd, of_pd), (inverse, of_inverse))]  # fmt: skip
+        found = conclusions(result.study, runs, result.statics)[:-2]
+        return {c.text.replace(PD, "PD").replace(INVERSE, "inverse"): c.holds["true", "true"] for c in found}
+
+    free = {"torque_use": np.full(4, np.nan), "speed_use": np.full(4, np.nan), "saturated_s": np.full(4, np.nan)}
+    kept = {
+        "torque_use": np.array([np.nan, 1, 0, 0]),
+        "speed_use": np.array([np.nan, 1, 0, 0]),
+        "saturated_s": np.zeros(4),
+    }
+    over = kept | {"speed_use": np.array([0, 0, 0, 1.001]), "saturated_s": np.array([0, 1e-3, 0, 0])}
+    assert judged(free, free | {"tip_rms_mm": pd.tip_rms_mm}) == {order: False}
+    assert judged(free | {"tip_rms_mm": 2.0}, kept | {"tip_rms_mm": 1.0}) == {order: True} | dict.fromkeys(limits, True)
+    assert judged(None, over) == {order: None} | dict(zip(limits, [None, None, False, False], strict=True))
+    assert judged(free, None) == {order: None}
+    monkeypatch.setattr("lwr_dyn.checks.sensitivity.closed_loops.SAME_GAINS", (0.25, 0.5))
+    inertias = {"true": [4.0, 4.0], "more": [5.0, 4.0], "less": [4.0, 2.0]}
+    statics = {name: replace(result.statics["true"], b=np.array(b)) for name, b in inertias.items()}
+    gains = conclusions(result.study, result.runs, statics)[-2:]
+    assert [[*c.holds.values()] for c in gains] == [[True, False], [True, True]]
 
 
 def test_largest_joints_are_a_proposition(result):
@@ -78,14 +141,26 @@ def _two_largest(result):
     return tuple(np.argsort(-np.abs(run.metrics.position_mrad.max))[:2].tolist())
 
 
-def test_verdicts_in_words():
-    keys = [(a, b) for a in "xy" for b in "xy"]
-    every, none = (Conclusion("", dict.fromkeys(keys, value)) for value in (True, False))
-    one = Conclusion("", {**dict.fromkeys(keys, True), ("x", "y"): None})
-    assert [(c.verdict(), c.survives, c.share) for c in (every, none, one)] == [
-        ("holds under all 4 pairs", True, 1.0), ("holds under none of 4 pairs", False, 0.0),
-        ("fails for x on y (3 of 4 hold)", False, 0.75),
-    ]  # fmt: skip
+PAIRS = [(a, b) for a in "xy" for b in "xy"]
+
+
+@pytest.mark.parametrize(
+    ("holds", "verdict", "share"),
+    [
+        (dict.fromkeys(PAIRS, True), "holds under all 4 pairs", 1.0),
+        (dict.fromkeys(PAIRS, False), "holds under none of 4 pairs", 0.0),
+        ({**dict.fromkeys(PAIRS, True), ("x", "y"): None}, "fails for x on y (3 of 4 hold)", 0.75),
+        ({**dict.fromkeys(PAIRS, False), ("y", "y"): True}, "holds only for y on itself (1 of 4 hold)", 0.25),
+        ({("x",): True, ("y",): False}, "holds only for x (1 of 2 hold)", 0.5),
+        ({("x",): True, ("y",): True}, "holds under all 2 readings", 1.0),
+        ({("x",): False, ("y",): None}, "holds under none of 2 readings", 0.0),
+        ({("x",): True}, "holds under the one reading", 1.0),
+        ({("x",): False}, "fails under the one reading", 0.0),
+    ],
+)
+def test_verdicts_in_words(holds, verdict, share):
+    one = Conclusion("", holds)
+    assert (one.verdict(), one.survives, one.share) == (verdict, share == 1.0, share)
 
 
 @pytest.mark.slow
@@ -114,7 +189,9 @@ def narrow(arms):
 
 
 def test_a_simulation_that_fails_is_reported(narrow):
-    result = sensitivity(narrow, "joint-move", rate=RATE, poses=5)
+    done = []
+    result = sensitivity(narrow, "joint-move", rate=RATE, poses=5, progress=done.append)
+    assert done == [k / 8 for k in range(1, 9)]
     faults = {(o.model, o.plant): o.fault for o in result.runs if o.controller == PD}
     assert (faults["narrow", "true"], "joint_1" in faults["true", "narrow"]) == ("", True)
     assert np.isnan(result.tip_rms_mm(PD)[0, 1])
@@ -125,6 +202,14 @@ def test_poses_lie_in_the_box_that_all_allow(narrow):
     q = shared_poses(narrow, 100, 0)
     assert 1.0 <= q[:, 0].min() < 1.1 < 1.9 < q[:, 0].max() <= 2.0
     assert np.array_equal(q, shared_poses(narrow, 100, 0))
+    first, other = narrow.values()
+    for upper in (first.lower[0], first.lower[0] - 1.0):  # ranges that touch or lie apart
+        apart = replace(other, limits=(replace(first.limits[0], lower=-9.0, upper=upper), *first.limits[1:]))
+        assert np.array_equal(
+            shared_poses({"a": first, "b": apart}, 9, 0), shared_poses({"a": first, "b": first}, 9, 0)
+        )
+    free = replace(first, limits=(replace(first.limits[0], lower=None, upper=None), *first.limits[1:]))
+    assert np.abs(shared_poses({"a": free, "b": free}, 200, 0)[:, 0]).max() == pytest.approx(np.pi, rel=0.05)
 
 
 @pytest.mark.slow
