@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.checks.sensitivity.analysis import error_table, notes, sensitivity
+from lwr_dyn.checks.sensitivity.analysis import (
+    error_table,
+    errors_text,
+    gains_table,
+    gravity_table,
+    notes,
+    sensitivity,
+    survival,
+)
 from lwr_dyn.checks.sensitivity.closed_loops import (
     SAFE,
     Conclusion,
@@ -49,8 +57,36 @@ def test_gravity_and_inertia_scale_with_the_masses(result):
     assert heavy.gains.Kp == pytest.approx(2500.0 * heavy.b)
     assert heavy.gains.Kd == pytest.approx(100.0 * heavy.b)
     record = result.document.record()
-    assert record["statics"]["heavy"]["gravity_difference"] == pytest.approx(heavy.gravity_off(true).tolist())
     assert (record["rate"], record["poses"], record["readings"]) == (RATE, 50, ["true", "heavy"])
+    for name, one in result.statics.items():
+        assert {key: list(values) for key, values in record["statics"][name].items()} == {
+            "gravity_largest": np.abs(one.gravity).max(axis=0).tolist(), "b": one.b.tolist(),
+            "Kp": one.gains.Kp.tolist(), "Kd": one.gains.Kd.tolist(),
+            "gravity_difference": np.abs(one.gravity - true.gravity).max(axis=0).tolist(),
+        }  # fmt: skip
+
+
+def test_tables_have_the_numbers_of_each_reading_beside_those_of_the_first(result):
+    true, heavy = result.statics["true"], result.statics["heavy"]
+
+    def cells(values):
+        return [f"{x:.4g}" if abs(x) > 1e-12 else "0" for x in values]
+
+    table = gravity_table(result)
+    assert (table.title, table.cells) == ("gravity torques at 50 poses [N m (N)]", (
+        ("true", "largest |g|", *cells(np.abs(true.gravity).max(axis=0))),
+        ("heavy", "largest |g|", *cells(np.abs(heavy.gravity).max(axis=0))),
+        ("heavy", "largest difference to true", *cells(heavy.gravity_off(true))),
+    ))  # fmt: skip
+    table, off = gains_table(result), [f"{x:+.2f}%" for x in 100 * (heavy.b / true.b - 1.0)]
+    of_each = [[(name, what, *cells(x)) for what, x in (("b", s.b), ("Kp", s.gains.Kp), ("Kd", s.gains.Kd))]
+               for name, s in result.statics.items()]  # fmt: skip
+    assert table.cells == (*of_each[0], *of_each[1], ("heavy", "off true", *off))
+    assert table.title.endswith("inertia b = max B_ii over the joint box [kg m^2 (kg)], and gains 2500 b, 100 b")
+    small = {"x": replace(true, gravity=np.array([[1e-12, -1.1e-12, 0.0, -12345.678]]))}
+    assert gravity_table(replace(result, statics=small)).cells[0][2:] == ("0", "1.1e-12", "0", "1.235e+04")
+    assert errors_text(result).startswith("8 runs of 4 s at 250 samples a second or more: RMS error of the tip (rigid")
+    assert survival(result).cells == tuple((c.text, c.verdict()) for c in result.conclusions)
 
 
 def test_a_controller_that_knows_its_plant_does_best(result):
@@ -243,7 +279,11 @@ BAD = [
     (lambda a: {"a": a, "b": a}, {"poses": 0}, OptionError, "poses: 0; allowed: from 1 to 1000000"),
     (lambda a: {"a": a, "b": a}, {"poses": 1_000_001}, OptionError, "poses: 1000001; allowed"),
     (lambda a: {"a": a, "b": a}, {"task": "two-points"}, OptionError, "task: lwr4plus has no mastering position"),
-    (lambda a: {"a": a, "b": lwr_dyn.load("lwr4")}, {}, MissingDataError, "masses"),
+    (lambda a: dict.fromkeys("abcdefgh", a), {"task": "dance", "poses": 1}, UnknownNameError, "'dance'"),
+    (lambda a: dict.fromkeys("abcdefghi", a), {}, OptionError, "arms: 9; allowed: 2 to 8 readings or files"),
+    (lambda a: {"a": a, "b": a}, {"task": "dance", "poses": 1_000_000}, UnknownNameError, "'dance'"),
+    (lambda a: {"a": a, "b": a}, {"rate": 0.0}, OptionError, "rate: 0"),
+    (lambda a: {"a": a, "b": lwr_dyn.load("lwr4")}, {"task": "dance"}, MissingDataError, "masses"),
 ]  # fmt: skip
 
 
@@ -256,15 +296,17 @@ def test_bad_input(arm, make, options, error, says):
 TIPS = np.array([[1.0, 2.0], [4.0, np.nan]])
 
 
-def result_of(**stops):
-    def run(model, plant):
-        met = stops.get(model + plant, "")
+def result_of(rates=None, stops=None, faults=None, models="ab"):
+    """A run of each model on both plants, each with its rate, stop or fault by names such as "ab"."""
+
+    def run(key):
+        met = (stops or {}).get(key, "")
         figures = SimpleNamespace(stops=SimpleNamespace(met=bool(met), sentence=lambda: met))
-        rate = 2000.0 if (model, plant) == ("a", "b") else 1000.0
-        return SimpleNamespace(model=model, plant=plant, controller="pd", rate=rate, metrics=figures, fault="")
+        values = {"rate": (rates or {"ab": 2000.0}).get(key, 1000.0), "fault": (faults or {}).get(key, "")}
+        return SimpleNamespace(model=key[0], plant=key[1], controller="pd", metrics=figures, **values)
 
     return SimpleNamespace(
-        names=("a", "b"), rate=1000.0, runs=tuple(run(m, p) for m in "ab" for p in "ab"),
+        names=("a", "b"), rate=1000.0, runs=tuple(run(m + p) for m in models for p in "ab"),
         tip_rms_mm=lambda name: TIPS, worst_mrad=lambda name: 10 * TIPS,
     )  # fmt: skip
 
@@ -273,6 +315,25 @@ def test_errors_are_written_with_their_marks_and_shaded_by_their_share():
     table = error_table(result_of(), "pd")
     assert table.cells == (("a", "1 (10)", "2 (20)*"), ("b", "4 (40)", "no run"))
     assert table.shades == ((None, 0.0, pytest.approx(0.25)), (None, pytest.approx(0.75), 0.0))
-    stopped = result_of(ab="joint_6 on its stop for 1.6 s")
+    stopped = result_of(stops={"ab": "joint_6 on its stop for 1.6 s"})
     assert error_table(stopped, "pd").cells[0] == ("a", "1 (10)", "2 (20)*!")
-    assert "! pd, a on b: joint_6 on its stop for 1.6 s" in notes(stopped)
+    chatters = (
+        "* at 1000 samples a second this loop chatters: the damping is too strong for the lighter plant, and needs {};"
+        " simulated with the controller at every moment, or where joints stick or meet a stop at that rate"
+    )
+    assert notes(stopped) == [chatters.format(2000), "! pd, a on b: joint_6 on its stop for 1.6 s"]
+    assert notes(result_of(rates={"ab": 3000.0, "bb": 2000.0})) == [chatters.format("2000 to 3000")]
+
+
+@pytest.mark.parametrize(
+    ("faults", "lines"),
+    [
+        ({"ab": "x", "bb": "x"}, ["no run of any law and model on b: x"]),
+        ({"ab": "x", "bb": "y"}, ["no run of pd, a on b: x", "no run of pd, b on b: y"]),
+        ({"ab": "x", "bb": "x", "cb": ""}, ["no run of pd, a; pd, b on b: x"]),
+        ({"ab": "x"}, ["no run of pd, a on b: x"]),
+    ],
+)
+def test_runs_that_failed_for_one_reason_are_one_line(faults, lines):
+    models = "".join(dict.fromkeys(key[0] for key in faults))
+    assert notes(result_of({"": 0.0}, faults=faults, models=models)) == lines
