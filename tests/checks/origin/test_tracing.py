@@ -136,14 +136,18 @@ def test_a_power_of_ten_needs_more_than_a_digit(mass, power, digits):
 
 def test_links_are_paired_in_order_and_cells_named_in_units_of_the_set():
     """Both have a link of their own; lengths of the file are in mm; two cells are beyond rounding, two within it."""
-    rows, others = [0, 0, 1], [1, 0, 1]
+    rows, others = [0, 0, 1], [1, 0, 1, 0]
     com = np.array([COM[0], [9.9, 8.8, 7.7], COM[1]]) * 1e3
     com[0, 1], com[2, 1], com[2, 2] = 70.0, 1e-10, -271.3001
     mass = np.array([MASS[0] * (1 + 2e-6), 3.3, MASS[1]])
     file = small_set(mass=mass, com=com, tensor=TENSOR[rows] * np.array([1, 7.7, 1])[:, None, None]).links
-    known = small_set(mass=np.array([5.55, *MASS]), com=np.array([[6.6, 5.5, 4.4], *COM]), tensor=TENSOR[others] * 1.0)
+    known = small_set(
+        mass=np.array([5.55, *MASS, 8.8]),
+        com=np.array([[6.6, 5.5, 4.4], *COM, [3.1, 2.1, 1.1]]),
+        tensor=TENSOR[others] * 1.0,
+    )
     known.links.tensor.flags.writeable = True
-    known.links.tensor[0] *= 0.3
+    known.links.tensor[[0, 3]] *= 0.3
     found = trace_origin(file, [known])
     assert found.pairs == ((0, 1), (2, 2))
     assert [(x.link, x.cell, x.file, x.published) for x in found.differences] == [
