@@ -46,7 +46,7 @@ def test_the_counts_of_a_paper():
     assert len(paper_page.count_table({"one": counted}).rows) == 1
 
 
-def test_the_outcome_in_words():
+def test_the_outcome_in_words(own):
     assert " 108 more agree, but are structural or repeated in print." in dict(
         verdict_sentence(found("lwr4"), (), holds=True)
     )
@@ -65,6 +65,13 @@ def test_the_outcome_in_words():
         (" 26 more agree, 5 of them after an erratum, but are structural or repeated in print.", False),
         (" For 10 the paper leaves out gains kp, gains kd: with assumed values 10 come near.", False),
         (" Something computed, checked or claimed is NOT explained.", True),
+    )
+    assert summary_text(own, (), holds=False) == (
+        "Of 6 printed numbers 4 are computed from other numbers: 3 are reproduced as printed, 0 after an erratum, "
+        "1 differs. 0 are structural and 1 repeated in print: compared, not computed; 0 of them differ. "
+        "1 is recomputed under assumed conditions (the payload not printed): 0 near, 1 not near "
+        "(near: within the digits or axes printed, or 15% of the range printed in the row). "
+        "It is not explained why 1 is not near. Something computed, checked or claimed is NOT explained."
     )
     wrong = replace(found("wam7"), numbers=(number("motion.travel[0]", verdict=DIFFERS, value=0.502),))
     assert verdict_sentence(wrong, (), holds=True)[-1] == (" 1 differ.", True)

@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -62,14 +63,19 @@ def test_a_refusal_is_one_line_with_the_parser_s_own_words(two, tmp_path):
 
 
 def test_prints_of_both_streams_are_kept(capfd, monkeypatch):
-    monkeypatch.setattr("sys.stdout", os.fdopen(1, "w", closefd=False))  # keeps what is printed until it is flushed
+    for number, name in ((1, "stdout"), (2, "stderr")):  # both keep what is printed until they are flushed
+        monkeypatch.setattr(f"sys.{name}", os.fdopen(number, "w", closefd=False))
+        print(f"before on {name}", end="", file=getattr(sys, name))
+    opened = os.listdir("/proc/self/fd")
     with quiet() as lines:
         os.write(2, b"Error:   no such joint\n")
         os.write(1, b"a banner\n")
-        print("kept back by Python", end="")
-    os.write(1, b"after\n")
-    assert lines == ["Error:   no such joint", "a banner", "kept back by Python"]
-    assert capfd.readouterr() == ("after\n", "")
+        print("kept back by stdout")
+        print("kept back by stderr", end="", file=sys.stderr)
+    os.write(1, b", after\n")
+    assert lines == ["Error:   no such joint", "a banner", "kept back by stdout", "kept back by stderr"]
+    assert os.listdir("/proc/self/fd") == opened
+    assert capfd.readouterr() == ("before on stdout, after\n", "before on stderr")
     assert one_line(ValueError("refused\nby it"), lines) == "refused by it (Error:   no such joint)"
     assert one_line(KeyError(), []) == "KeyError"
     assert len(one_line(ValueError("x" * 999), [])) < 250

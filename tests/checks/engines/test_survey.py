@@ -8,9 +8,9 @@ import pytest
 from lwr_dyn.arms.urdf.parse import parse_xml
 from lwr_dyn.arms.urdf.reader import read_urdf
 from lwr_dyn.checks.engines import survey as survey_module
-from lwr_dyn.checks.engines.child_process import Loaded
-from lwr_dyn.checks.engines.engine import ENGINES, is_installed
-from lwr_dyn.checks.engines.losses import FileReference, Loss
+from lwr_dyn.checks.engines.child_process import Job, Loaded
+from lwr_dyn.checks.engines.engine import ENGINES, is_installed, tolerance
+from lwr_dyn.checks.engines.losses import FileReference, Loss, Way
 from lwr_dyn.checks.engines.survey import (
     agreement_table,
     document,
@@ -129,6 +129,18 @@ def test_an_engine_that_loses_the_rotors_alone_is_found_out(imitated):
     ]
     assert notes(imitated) == ["drake: not installed: pip install drake"]
     assert notes(replace(imitated, unwritten="a thing")) == [*notes(imitated), "all formats: a thing"]
+
+
+@pytest.mark.parametrize(("off", "lost"), [(1.0, []), (1.0 + 1e-9, ["drag of its own"]), (-2.0, ["drag of its own"])])
+def test_a_drag_is_what_is_gone_with_it_turned_off(imitated, two, off, lost):
+    """Of two ways that turn it off, the first that loads; a difference within the tolerance is none."""
+    allowed = tolerance("pybullet", "torque")
+    still, bare = (Loaded(1.0, np.eye(4)[None], {}, (), torque=np.array([[x, 1.0]])) for x in (0.0, off * allowed))
+    ways = [Way(name, Job(two, imitated.reference.scope, options)) for name, options in
+            (("a", {}), ("b", {"still": True}), ("c", {"still": True}))]  # fmt: skip
+    found = survey_module._drag("pybullet", bare, list(zip(ways, (still, "no", still), strict=True)))
+    assert [(x.feature, x.detail) for x in found] == [(name, "c") for name in lost]
+    assert all((x.torque, x.relative) == (abs(off) * allowed,) * 2 for x in found)
 
 
 def test_what_was_found_is_said_in_tables_and_for_programs(imitated):

@@ -7,10 +7,11 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import readings, robots
-from lwr_dyn.checks.origin.link_numbers import KnownSet, known_set, known_sets, numbers_of_file
+from lwr_dyn.checks.origin.link_numbers import KnownSet, LinkNumbers, known_set, known_sets, numbers_of_file
 from lwr_dyn.checks.origin.origin_document import origin_document
 from lwr_dyn.checks.origin.tracing import agreeing_digits, significant_digits, trace_origin
 from lwr_dyn.foundation.errors import MissingDataError
+from lwr_dyn.model.spatial import from_rpy
 from tests.checks.origin.planted import FRAMES, foreign_arm, links_of, planted_copy, urdf_of
 
 
@@ -83,10 +84,91 @@ def test_without_sets_and_without_agreement_nothing_is_found():
 
 def test_digits():
     assert significant_digits(np.array([2.0, 0.365, 1e-5])).tolist() == [1.0, 3.0, 1.0]
-    ours, theirs, known = np.array(
-        [[0.0, 2.0, 0.3, 1.0, 1.0], [0.0, 2.0, 0.3003, 1.1, -1.0], [6.0, 1.0, 6.0, 2.0, 6.0]]
+    ours, theirs, known = np.array([
+        [0.0, 2.0, 0.3, 1.0, 1.0, 1000.0, 1000.0, 5.0], [0.0, 2.0, 0.3003, 1.1, -1.0, 995.0, 994.9, 5.0],
+        [6.0, 1.0, 6.0, 2.0, 6.0, 6.0, 6.0, 8.0],
+    ])  # fmt: skip
+    found = agreeing_digits(ours, theirs, known)
+    assert found == pytest.approx([0.0, 1.0, 3.0004, 0.0, 0.0, 3.0 - np.log10(5.0), 0.0, 6.0], abs=1e-3)
+
+
+MASS, COM = np.array([1.234, 7.0]), np.array([[0.0123, 0.0345, 0.0567], [0.1312, 0.0, -0.2713]])
+TENSOR = np.array(
+    [np.diag([0.011, 0.011, 0.023]), [[0.31012, 0.01123, 0], [0.01123, 0.42031, -0.02131], [0, -0.02131, 0.57093]]]
+)
+TURN = from_rpy([0.3, -0.7, 1.1])
+
+
+def small_set(name="x", mass=MASS, com=COM, tensor=TENSOR):
+    links = LinkNumbers(tuple("abcdef"[: len(mass)]), mass, com, tensor)
+    return KnownSet(name, "y", "", links, links)
+
+
+@pytest.mark.parametrize(
+    ("kind", "changed", "how", "power", "digits"),
+    [  # links have 4 and 1 digits of mass, 9 and 8 of the centre, 4 and 23 of the tensor: equal numbers count once
+        ("masses", {}, "as written", 0, 4 + 1),
+        ("masses", {"mass": 1e9 * MASS}, "as written", 9, 4 + 1),
+        ("masses", {"mass": 1e-9 * MASS}, "as written", -9, 4 + 1),
+        ("centres", {"com": 1e3 * COM}, "as written", 3, 9 + 8),
+        ("centres", {"com": -COM[:, [2, 0, 1]]}, "axes exchanged", 0, 9 + 8 - 2 * 1.5),
+        ("centres", {"com": COM @ TURN.T}, "frame turned", 0, 2 * 6 - 2 * 1.0),
+        ("tensors", {"tensor": TENSOR * [[1, -1, 1], [-1, 1, -1], [1, -1, 1]]}, "signs changed", 0, 4 + 23 - 2 * 1.0),
+        ("tensors", {"tensor": TENSOR[:, [2, 0, 1]][:, :, [2, 0, 1]]}, "axes exchanged", 0, 4 + 23 - 2 * 1.5),
+        ("tensors", {"tensor": TURN @ TENSOR @ TURN.T}, "frame turned", 0, 4 + 3 * 6 - 2 * 1.0),
+    ],
+)
+def test_a_kind_counts_the_digits_that_agree_less_the_freedom_of_its_form(kind, changed, how, power, digits):
+    found = trace_origin(small_set(**changed).links, [small_set()])
+    rest = {"masses": 5, "centres": 17, "tensors": 27} | {kind: digits}
+    assert [(x.kind, x.agree, round(x.digits, 6)) for x in found.kinds] == [(x, 2, y) for x, y in rest.items()]
+    assert {x.kind: (x.how, x.power) for x in found.kinds if x.kind == kind} == {kind: (how, power)}
+    assert (found.pairs, found.differences) == (((0, 0), (1, 1)), ())
+    assert found.digits == pytest.approx(sum(rest.values()) - 2 * 3.0)
+
+
+@pytest.mark.parametrize(("mass", "power", "digits"), [(1000.0, 0, 0), (1200.0, 3, 2)])
+def test_a_power_of_ten_needs_more_than_a_digit(mass, power, digits):
+    known = small_set(mass=np.array([mass / 1e3, 4.44]))
+    found = trace_origin(small_set(mass=np.array([mass, 7.77])).links, [known]).kinds[0]
+    assert (found.power, found.digits, found.agree) == (power, digits, digits // 2)
+
+
+def test_links_are_paired_in_order_and_cells_named_in_units_of_the_set():
+    """Both have a link of their own; lengths of the file are in mm; two cells are beyond rounding, two within it."""
+    rows, others = [0, 0, 1], [1, 0, 1, 0]
+    com = np.array([COM[0], [9.9, 8.8, 7.7], COM[1]]) * 1e3
+    com[0, 1], com[2, 1], com[2, 2] = 70.0, 1e-10, -271.3001
+    mass = np.array([MASS[0] * (1 + 2e-6), 3.3, MASS[1]])
+    file = small_set(mass=mass, com=com, tensor=TENSOR[rows] * np.array([1, 7.7, 1])[:, None, None]).links
+    known = small_set(
+        mass=np.array([5.55, *MASS, 8.8]),
+        com=np.array([[6.6, 5.5, 4.4], *COM, [3.1, 2.1, 1.1]]),
+        tensor=TENSOR[others] * 1.0,
     )
-    assert agreeing_digits(ours, theirs, known) == pytest.approx([0.0, 1.0, 3.0004, 0.0, 0.0], abs=1e-3)
+    known.links.tensor.flags.writeable = True
+    known.links.tensor[[0, 3]] *= 0.3
+    found = trace_origin(file, [known])
+    assert found.pairs == ((0, 1), (2, 2))
+    assert [(x.link, x.cell, x.file, x.published) for x in found.differences] == [
+        ("a", "mass", pytest.approx(1.234 * (1 + 2e-6), rel=1e-12), 1.234), ("a", "y", pytest.approx(0.07), 0.0345),
+    ]  # fmt: skip
+
+
+def test_other_sets_with_nearly_the_same_numbers_are_named():
+    """Of 20 digits of masses another set may lack one; of fewer than 8 nothing is said."""
+    mass = np.array([1.23456, 2.34567, 3.4567, 4.567, 5.0])
+    com, tensor = np.arange(1.0, 16.0).reshape(5, 3) ** 1.7, np.array([np.diag([x, x, x]) for x in range(1, 6)]) * 0.1
+    first = small_set("first", mass, com, tensor)
+    others = [small_set(name, mass * [1, 1, 1, *rest], 3.3 * com + 1.0, (tensor + 0.033) * np.pi)
+              for name, rest in (("near", (1, 1.4)), ("far", (1.4, 1)))]  # fmt: skip
+    found = trace_origin(first.links, [others[0], first, others[1]])
+    assert [x.elsewhere for x in found.kinds] == [("near:y",), (), ()]
+    assert (found.known.name, found.is_copy, found.kinds[2].digits) == ("first:y", True, 5.0)
+    few = trace_origin(first.links, [first, small_set("same tensors", 3.3 * mass, 3.3 * com + 1.0, tensor)])
+    assert few.kinds[2].elsewhere == ()
+    assert [replace(found, digits=8.0, pairs=((0, 0),) * n).is_copy for n in (1, 2)] == [False, True]
+    assert not replace(found, digits=7.99).is_copy
 
 
 def test_every_reading_with_masses_is_a_known_set_and_a_urdf_has_the_numbers_of_its_arm(tmp_path):

@@ -1,11 +1,26 @@
 """The tasks of the papers as data: what the files hold, and faults that name file and field."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import studied
-from lwr_dyn.checks.sensitivity.study_tasks import parse_tasks, printed_task, study_tasks
-from lwr_dyn.foundation.errors import PaperError
+from lwr_dyn.checks.sensitivity.study_tasks import (
+    JOINT_MOVE,
+    ControllerChoice,
+    _nearest,
+    controller_of,
+    joint_move,
+    lspb_travel,
+    mastering_cycle,
+    parse_tasks,
+    printed_task,
+    simulated_task,
+    study_tasks,
+)
+from lwr_dyn.foundation.errors import OptionError, PaperError
 
 TASK = """
 robot = "mine"
@@ -41,6 +56,9 @@ def test_a_task_holds_the_values_of_its_file_and_one_like_it_what_it_does_not_gi
     (choice,), (claim,) = task.controllers, task.claims
     assert (choice.id, choice.controller, choice.options) == ("PD", "pd-gravity", {"own_gains": True})
     assert (claim.joints, claim.statistic) == ((1,), "max")
+    text = TASK.replace("[2]", "[1, 3]").replace('"section 3"', '"section 3"\nsubsteps = 3')
+    (other,) = parse_tasks(text, "mine.toml")
+    assert (other.claims[0].joints, other.substeps) == ((0, 2), 3)
     assert (same.reference, same.like, same.controllers) == ("hold", "wave", task.controllers)
     assert (same.where, same.claims) == (task.where, ())
     with pytest.raises(PaperError, match=r"task\[1\].like.*'waves'.*one of wave"):
@@ -57,7 +75,11 @@ def test_a_task_holds_the_values_of_its_file_and_one_like_it_what_it_does_not_gi
         ("options = {", "gains = {", r"task\[0\].controllers\[0\].gains", "id, controller, options"),
         ('controller = "PD"', 'controller = "PID"', r"task\[0\].claim\[0\].controller", "one of PD"),
         ("joints = [2]", "joints = [0]", r"task\[0\].claim\[0\].joints", "counted from 1"),
+        ("joints = [2]", "joints = []", r"task\[0\].claim\[0\].joints", "counted from 1"),
+        ("joints = [2]", "joints = [true]", r"task\[0\].claim\[0\].joints", "counted from 1"),
         ('statistic = "max"', 'statistic = "most"', r"task\[0\].claim\[0\].statistic", "mean_abs"),
+        ('statistic = "max"', 'statistic = "max"\nwhy = 1', r"task\[0\].claim\[0\].why", "text, where"),
+        ('robot = "mine"', 'robot = "mine"\nwhy = 1', "why", "robot, task"),
         ("[[task]]", "[[task]", "TOML", "valid TOML"),
     ],
 )
@@ -65,3 +87,46 @@ def test_faults_name_file_and_field(old, new, field, allowed):
     assert old in TASK
     with pytest.raises(PaperError, match=rf"mine\.toml.*{field}.*{allowed}"):
         parse_tasks(TASK.replace(old, new, 1), "mine.toml")
+
+
+def test_no_two_tasks_have_one_name(monkeypatch):
+    monkeypatch.setattr("lwr_dyn.checks.sensitivity.study_tasks.parse_tasks", lambda *_: parse_tasks(TASK, "mine.toml"))
+    with pytest.raises(PaperError, match=r"lwr4plus\.toml: task\.name: 'wave' of mine; allowed: another name"):
+        study_tasks()
+
+
+def test_a_task_on_another_arm_has_neither_the_claims_of_its_paper_nor_gains_that_it_lacks(arm, monkeypatch):
+    wam = lwr_dyn.load("wam7")
+    known, unknown = (simulated_task(one, "lspb").task.controllers[0] for one in (wam, replace(wam, gains=None)))
+    assert (known.options, unknown.options) == ({"own_gains": True, "velocity_error": True}, {"velocity_error": True})
+    task = replace(JOINT_MOVE, name="wave", robot="lwr4plus", claims=parse_tasks(TASK, "mine.toml")[0].claims)
+    monkeypatch.setattr("lwr_dyn.checks.sensitivity.study_tasks.study_tasks", lambda: {"wave": task})
+    assert simulated_task(arm).task == task
+    assert simulated_task(replace(arm, name="other"), "wave").task == replace(task, claims=())
+    assert simulated_task(replace(arm, name="other")).task == JOINT_MOVE
+    law = controller_of(arm, ControllerChoice("PD", "pd-gravity"), np.arange(1.0, 8.0))
+    np.testing.assert_allclose(law.Kp, 2500.0 * np.arange(1.0, 8.0))
+
+
+def test_moves_of_tasks_pass_their_places(arm):
+    """A tenth of each range about its middle; equal travel; points near each other, in the order of the list."""
+    move, middle, wide = joint_move(arm), (arm.lower + arm.upper) / 2, (arm.upper - arm.lower) / 20
+    start, q = np.arange(7) / 10, move.sample(np.array([0.0, 2.0, 4.0])).q
+    np.testing.assert_allclose(q, middle + np.outer([-1, 1, -1], wide), atol=1e-12)
+    q = lspb_travel(arm, start, 0.2, 3.0, 0.5).sample(np.array([0.0, 3.0])).q
+    np.testing.assert_allclose(q, [start, start + 0.2], atol=1e-12)
+    with pytest.raises(OptionError, match="task: lwr4plus has 7 joints; allowed: an arm of 2 joints"):
+        lspb_travel(arm, [0.0, 1.0], 0.2, 3.0, 0.5)
+    kuka = lwr_dyn.load("kr30ha")
+    cycle = simulated_task(kuka).reference
+    q = cycle.sample(np.array([0.0, 4.0, 8.0, 12.0])).q
+    np.testing.assert_allclose(q[[0, 3]], [kuka.mastering] * 2, atol=1e-12)
+    for i, point in ((1, [91.0, -1139.0, 1392.0]), (2, [91.0, -1117.0, 1447.0])):
+        T = lwr_dyn.forward_kinematics(kuka, q[i])
+        np.testing.assert_allclose(T[:3, 3], np.array(point) / 1e3, atol=1e-9)
+        np.testing.assert_allclose(T[:3, :3], np.eye(3), atol=1e-9)
+        solutions = lwr_dyn.inverse_kinematics(kuka, T).solutions
+        assert min(np.abs(s.q - q[i - 1]).max() for s in solutions) == pytest.approx(np.abs(q[i] - q[i - 1]).max())
+        assert all(np.array_equal(_nearest(kuka, T, s.q), s.q) for s in solutions)
+    with pytest.raises(OptionError, match=r"task: kr30ha does not reach \[9\. 0\. 0\.\]; allowed: an arm that does"):
+        mastering_cycle(kuka, [[9000.0, 0.0, 0.0]], 4.0)

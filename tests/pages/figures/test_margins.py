@@ -136,6 +136,8 @@ def test_nyquist_shows_what_is_near_minus_one():
         assert 0 < inside.sum() < HZ.size
         np.testing.assert_array_equal(np.isfinite(curve.y), inside)
         np.testing.assert_allclose(curve.x[inside] + 1j * curve.y[inside], loop[inside])
+    edges = CutLoops(HZ[:4], {"a": np.array([2.0, -4.0 + 3j, 2.001, 3.001j])}, "a", 1.7, "").figure("nyquist")
+    assert np.isfinite(edges.panels[0].curves[0].y).tolist() == [True, True, False, False]
     np.testing.assert_allclose(np.hypot(circle.x + 1, circle.y), 1 / 1.7)
     turn = np.unwrap(np.arctan2(circle.y, circle.x + 1))
     np.testing.assert_allclose(turn, np.linspace(0, 2 * np.pi, 181), atol=1e-9)

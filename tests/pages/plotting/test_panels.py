@@ -64,6 +64,8 @@ def test_an_axis_has_its_ends_its_ticks_with_the_unit_at_the_last_and_lines_at_z
     assert [list(line.get_xdata()) for line in zeros] == [[0, 1], [0.0, 0.0]]
     assert [line.get_visible() for line in axes.yaxis.get_gridlines()] == [True] * 3
     assert not axes.xaxis.get_gridlines()[0].get_visible()
+    for tick in (*axes.xaxis.get_major_ticks(), *axes.yaxis.get_major_ticks()):
+        assert (tick.tick1line.get_markersize(), tick.label1.get_fontsize(), tick.get_pad()) == (0, 8.5, 4)
 
 
 @pytest.mark.parametrize(

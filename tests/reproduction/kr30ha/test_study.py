@@ -12,7 +12,7 @@ from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.plotting.plots import draw, figure_bytes
 from lwr_dyn.reproduction.kr30ha.points import RISE, SPEED_SHARE, WAIT, Cycle, Waypoint, cycle_reference, right_points
-from lwr_dyn.reproduction.kr30ha.study import closed_outlines, cycle_table, envelope_figures
+from lwr_dyn.reproduction.kr30ha.study import closed_outlines, cycle_table, envelope_figures, pictures
 from lwr_dyn.reproduction.reproduce import reproduce
 from tests.reproduction.pages import faults, lost
 
@@ -106,6 +106,33 @@ def test_the_movement_in_a_table():
         "largest |tau|, A1 to A6 [N m]: 0.00 2.00 4.00 0.00 0.00 0.00",
         "largest speed over rated, A1 to A6: 0.500 0.500 0.500 0.500 0.500 0.500",
     ]
+
+
+def test_the_pictures_are_those_of_the_report():
+    """Axes in degrees, one panel each; torques of the movement alone; the arm at A = 0, mastering, the points."""
+    hold = lwr_dyn.reference("hold", ARM, q=ARM.mastering, duration=0.02)
+    run, points = lwr_dyn.simulate(ARM, lwr_dyn.controller("inverse-dynamics", ARM), hold), right_points(ARM)
+    found, label = pictures(ARM, points, run, run), "inverse dynamics with feed-forward"
+    assert found.simulated == ((label, "mastering_p1_p2_mastering.npz", run),)
+    assert [one.caption for one in found.shown] == [label, "KRL program, corrected"]
+    assert (found.title, found.replayed) == ("KUKA KR 30 HA: mastering, Point 1, Point 2, mastering", 1)
+    (movement,), (torque,), (side, top) = (found.figures[name] for name in ("movement", "torque", "envelope"))
+    assert (movement.title, movement.over_time, movement.columns) == ("Axes over the movement", True, 3)
+    assert [(x.title, x.y_label, x.y_unit) for x in movement.panels] == [(f"A{j}", "axis", "deg") for j in range(1, 7)]
+    for j, one in enumerate(movement.curves):
+        assert one.label == label
+        np.testing.assert_allclose(one.y.values(found.shown), np.degrees(run.q[:, j]))
+    assert torque.title == "Torques of the movement, estimated masses"
+    assert {one.label for one in torque.curves} == {label}
+    assert (side.panels[0].curves[-1].text, top.panels[0].curves[-1].text) == (("point_1", "point_2", "home"),) * 2
+    np.testing.assert_allclose(top.panels[0].curves[-1].y, [1e-3 * p.wrist_mm[1] for p in points])
+    assert [(one.label, one.note) for one in found.stills] == [
+        ("Figure 5: DH frames, A = 0", "the arm stretched out, KUKA's zero"),
+        ("mastering", "A = (0, -90, 90, 0, 0, 0) deg"),
+        *((f"Figure 6: point_{k}, elbow up", "flange there with A = B = C = 0") for k in (1, 2)),
+    ]
+    at = [np.zeros(6), np.radians([0, -90, 90, 0, 0, 0]), points[0].q, points[1].q]
+    np.testing.assert_allclose([one.q for one in found.stills], at, atol=1e-12)
 
 
 POINTS = {"near": (0.091, -1.139, 1.222), "far": (1.0, 0.5, 1.5)}

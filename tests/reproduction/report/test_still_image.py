@@ -127,11 +127,13 @@ def test_every_arm_has_a_small_still_that_is_the_same_twice(robot):
     first = still_image.still_html(replay)
     assert first == still_image.still_html(replay)
     assert len(first) < 100_000
-    assert arm.title in first
+    assert f'alt="{arm.title} at rest"' in first
 
 
 def test_the_runs_of_a_still_have_their_colours(arm, two_runs):
     text = still_image.still_html(Replay(replayed_runs(two_runs, arm)))
+    labels = ", ".join(one.label for one in replayed_runs(two_runs, arm))
+    assert f'alt="{arm.title} on its path; 2 runs: {labels}"' in text
     assert {f"r{one.place + 1}" for one in replayed_runs(two_runs, arm)} | {"ref"} == set(
         re.findall(r'class="l (\w+)"', text)
     )

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -94,11 +95,16 @@ def test_what_runs_share_stands_in_it_once(study):
     assert text.count(json.dumps(data["shared"]["q_ref"]["data"])) == 3  # also in the two that it begins with
 
 
-def test_it_begins_with_the_best_and_the_worst_of_the_last_plant(study):
-    compared, _ = study
-    errors = [one.figures.tip_rms_mm for one in compared.runs[2:]]
-    chosen = pair_data(compared)["pair"]["chosen"]
-    assert chosen == [2 + int(np.argmin(errors)), 2 + int(np.argmax(errors))]
+def test_it_begins_with_the_best_and_the_worst_of_the_last_plant_with_two_stable_runs(study):
+    errors = [one.figures.tip_rms_mm for one in study[0].runs]
+    first, second = ([k + int(find(errors[k : k + 2])) for find in (np.argmin, np.argmax)] for k in (0, 2))
+    one_each = [int(np.argmax(errors[:2])), 2]
+    for kept, expected in (([0, 1, 2, 3], second), ([0, 1, 2], first), (one_each, [0, 1])):
+        data = pair_data(replace(study[0], runs=tuple(study[0].runs[i] for i in kept)))
+        assert data["pair"]["chosen"] == expected
+        assert [one["place"] for one in data["runs"]] == [0, 1]
+        shown = [study[0].runs[kept[i]] for i in expected]
+        assert [(one["controller"], one["plant"]) for one in data["runs"]] == [(x.controller, x.plant) for x in shown]
 
 
 def test_many_runs_get_fewer_samples_each(study):

@@ -154,7 +154,6 @@ def test_assumed_friction_is_in_the_model(read):
     assert study.loop["friction"] == "smooth"
 
 
-@pytest.mark.slow
 def test_nominal_values_are_those_of_the_model(read):
     free = HEAD.replace(":omega_n=20", "").replace("duration = 0.5\n", "")
     paths = (

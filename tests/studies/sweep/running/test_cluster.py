@@ -5,6 +5,7 @@ import re
 import signal
 import socket
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,6 +14,7 @@ from types import SimpleNamespace
 
 import dask
 import pytest
+from distributed import KilledWorker
 
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.studies.sweep.running import cluster
@@ -53,6 +55,31 @@ def test_a_chunk_that_kills_its_worker_ends_as_a_fault_and_the_rest_is_made(loca
     assert done.pop(CHUNKS[3]) == ChunkFault("its workers died, again and again")
     assert done.pop(CHUNKS[5]) == ChunkFault("run 20: no")
     assert all(data == bytes(range(chunk.first, chunk.stop)) for chunk, data in done.items())
+
+
+def test_chunks_whose_workers_died_are_tried_again_one_by_one_in_their_order():
+    """On threads in place of workers: chunks 7 and 2 end at their second try, 3 never does."""
+    tries, begun = [], []
+
+    def submit(function, run, chunk, pure):
+        begun.append((chunk.number, len(tries)))
+        return pool.submit(function, run, chunk)
+
+    def fails(chunk):
+        time.sleep(0.005)
+        tries.append(chunk.number)
+        if chunk.number == 3 or (chunk.number in (2, 7) and tries.count(chunk.number) == 1):
+            raise KilledWorker("task", None, 1)
+        return bytes([chunk.number])
+
+    with ThreadPoolExecutor(1) as pool:
+        client = SimpleNamespace(nthreads=lambda: {"a": 1, "b": 2}, submit=submit)
+        done = dict(cluster.on_cluster(CHUNKS[::-1], fails, client))
+    assert tries == [8, 7, 6, 5, 4, 3, 2, 1, 0, 2, 3, 7]
+    assert begun[:6] == [(number, 0) for number in (8, 7, 6, 5, 4, 3)]  # two for each thread of a worker
+    assert begun[9:] == [(2, 9), (3, 10), (7, 11)]
+    assert done.pop(CHUNKS[3]) == ChunkFault("its workers died, again and again")
+    assert done == {chunk: bytes([chunk.number]) for chunk in CHUNKS if chunk.number != 3}
 
 
 @pytest.mark.slow
