@@ -105,7 +105,7 @@ def test_the_mixture_counts_scales_about_the_likeliest_by_their_evidence(posteri
 
 
 def test_factors_are_those_of_students_t(seen, lwr, columns, monkeypatch):
-    """(5 + the expected square of a kind's part of a link's difference, in units of its scale) / (5 + its dimension)."""
+    """(5 + expected square of a kind's part of a link's difference, in units of its scale) / (5 + its dimension)."""
     once, twice = (TablePosterior(seen, body_prior(columns, columns.own(lwr))) for _ in range(2))
     monkeypatch.setattr(table_posterior, "ROUNDS", 0)
     logs = once.likeliest()
