@@ -73,7 +73,7 @@ def test_a_point_of_the_map_is_the_means_over_its_rows():
     read = replace(log, dq=rng.normal(0.2, 0.01, (300, 1)))
     assert map_points(read)[0].velocity == pytest.approx(np.trapezoid(read.dq[rows, 0], t[rows]) / 1.66)
     assert map_points(log, rule=CruiseRule(shortest=1.66)) == (point,)
-    with pytest.raises(LogError, match="x: rows 68 to 234, column q3: the longest cruise takes 1.66 s; needed: 1.67"):
+    with pytest.raises(LogError, match=r"rows 68 to 234, column q3: the longest cruise takes 1\.66 s; needed: 1\.67 s"):
         map_points(log, rule=CruiseRule(shortest=1.67))
 
 
