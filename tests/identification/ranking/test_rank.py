@@ -121,7 +121,8 @@ def test_the_document_is_the_ranking_number_by_number(panda):
     ):  # fmt: skip
         assert words in text, words
     assert repr(panda) == f"Ranking({text.splitlines()[0]})"
-    assert "gaz leaves" in panda._repr_html_()
+    shown = panda._repr_html_()  # the verdict, and the table by joints
+    assert ("gaz leaves" in shown, shown.count("<table"), "joint_7" in shown) == (True, 1, True)
     html = page_html(ranking_page(panda))
     assert html.count('class="who"') == len(PRINTED) * 7
     assert html.count("torques against measurement, freed: load") == len(PRINTED)
