@@ -1,6 +1,7 @@
 """Designed motions: executable, better than random ones, what stands against them; as files."""
 
 import dataclasses
+import json
 import re
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.column_files import NOTES
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
+from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.identification.excitation import design, motion_design
 from lwr_dyn.identification.excitation.design import (
     NoMotionError,
@@ -81,7 +83,7 @@ OF_A_KIND = {"masses": "m_", "first moments": r"m[xyz]_", "tensors": "I", "armat
 
 def test_its_document_says_what_it_shows_uses_and_knows(designed, lwr):
     score, document, q = designed.score, designed.document, np.degrees(designed.sampled().q)
-    own = np.abs(designed.columns.base().of(designed.columns.own(lwr)))
+    own = designed.columns.base().of(designed.columns.own(lwr))
     assert document.text().splitlines()[:5] == [
         "lwr4plus, reading physical: 10 s at rest at both ends, 5 harmonics, objective d, best of 1 start in "
         f"{designed.seconds:.1f} s",
@@ -99,15 +101,22 @@ def test_its_document_says_what_it_shows_uses_and_knows(designed, lwr):
         at = [i for i, name in enumerate(score.names) if re.match(begins, name)]
         if at:
             sigma, worst = score.sigma[at], max(at, key=lambda i: score.sigma[i])
-            rows.append((kind, len(at), np.median(sigma), sigma.max(), score.names[worst], own[at].max()))
+            rows.append((kind, len(at), np.median(sigma), sigma.max(), score.names[worst], np.abs(own[at]).max()))
     assert sigma_table(designed).rows == tuple(rows)
     assert sigma_table(designed).title == "Sigma from torque noise of 0.1 N m, 100 rows a second"
-    record = document.record()
-    facts = {"duration": 10.0, "harmonics": 5, "may_be_run": True, "check_rate": 1000.0, "clearance": designed.clear}
-    assert {key: record[key] for key in facts} == facts
-    assert [row["sigma"] for row in record["parameters"]] == score.sigma.tolist()
-    (start,) = record["starts"]
-    assert (start["value"], start["clearance"]) == (designed.starts[0].value, designed.starts[0].clear)
+    record, motion, start = document.record(), designed.motion, designed.starts[0]
+    rows = zip(score.names, designed.columns.base().statements(), own, score.sigma, strict=True)
+    assert [tuple(row.values()) for row in record.pop("parameters")] == [*rows]
+    assert json.loads(json_text(record)) == {
+        "robot": "lwr4plus", "reading": "physical", "duration": 10.0, "harmonics": 5, "objective": "d",
+        "noise": [0.1] * 7, "seconds": designed.seconds, "ended": "searched", "may_be_run": True, "caveats": [],
+        "faults": [], "d": score.d, "mean_sigma": score.mean_sigma, "condition": score.condition, "check_rate": 1000.0,
+        "clearance": designed.clear, "nearest": designed.nearest,
+        "series": {key: getattr(motion, key).tolist() for key in ("centre", "sines", "cosines")},
+        "joints": [dict(zip(("joint", "position", "speed", "torque"), row, strict=True)) for row in zip(
+            lwr.joint_names, designed.position_use, designed.speed_use, designed.torque_use, strict=True)],
+        "starts": [{"value": start.value, "clearance": start.clear, "seconds": start.seconds}],
+    }  # fmt: skip
 
 
 @pytest.mark.slow
