@@ -148,6 +148,21 @@ def test_the_text_says_all_of_the_worst_pose():
         f"gain of all torques together, down to: {worst.all_down:.3g}",
         f"delay of all torques together, up to: {1e3 * worst.delay_margin:.3g} ms",
     ])  # fmt: skip
+    stable, record = found.stability, json.loads(json_text(found.record()))
+    poles = np.column_stack([worst.poles.real, worst.poles.imag]).tolist()
+    assert record == {
+        "robot": "lwr4plus", "reading": "physical", "controller": found.controller, "label": found.label,
+        "case": found.case.words, "rate": 1000.0, "delay": 1, "where": "given poses", "poses": 1, "unstable": 0,
+        "unstable_share": 0.0, "unstable_share_interval": [*stable.interval], "least_rate_hz": stable.least_rate,
+        "limit": 1.7, "above_limit_poses": 1, "above_limit_share": 0.0,
+        "above_limit_interval": [*wilson_interval(0, 1)], "holds": True, "worst_q": BENT.tolist(),
+        "worst_joint": found.worst_joint, "unknown_limits": [], "notes": [], "caveats": record["caveats"],
+        "worst": {
+            "q": BENT.tolist(), "radius": worst.radius, "stable": True, "poles": poles, "all_up": worst.all_up,
+            "all_down": worst.all_down, "delay_margin": worst.delay_margin,
+            **{key: getattr(worst, key).tolist() for key in ("peak", "peak_hz", "gain_up", "gain_down")},
+        },
+    }  # fmt: skip
     lines = str(in_box("computed", q=np.radians([[-65, 0, 170, 1, -55, 17, -61]]))).splitlines()
     assert lines[3:5] == ["unstable: 1 of 1 given poses", "stable from: 6920 Hz"]
     assert lines[-1] == "unstable, no margins there; the fastest deviation swings at: 500 Hz"
