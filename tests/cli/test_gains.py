@@ -9,7 +9,7 @@ import lwr_dyn
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.cli.gains import ON_TASK, _margin_search, places, searched
 from lwr_dyn.control.gains import second_order_gains
-from lwr_dyn.design.gain_search import PEAK, margin_gains
+from lwr_dyn.design.gain_search import PEAK, largest_omega_n, margin_gains
 from lwr_dyn.design.loop_judgement import LoopCase
 from lwr_dyn.design.sampled_loop import Sampling
 from lwr_dyn.design.sampled_stability import SampledStability
@@ -159,10 +159,31 @@ def test_bad_input_is_one_line(words, message, refused):
 
 
 def test_the_margin_table_names_what_stops_a_larger_frequency():
-    arm = lwr_dyn.load("lwr4plus", "physical")
-    gains = second_order_gains(np.ones(7), 50.0, 1.0)
-    found = margin_gains(arm, 1.5, [LoopCase(delay=2)], gains, np.zeros((1, 7)) + 0.5, most=60.0)
-    rows = {row[0]: row for row in found.table.rows}
-    assert rows["inverse-dynamics"][2:] == ("over 60", "nothing that was tried")
-    assert rows["pd-gravity"][3].endswith("at (29 29 29 29 29 29 29) deg")
-    assert "at 1 poses of the task" in found.table.title
+    arm, cases = lwr_dyn.load("lwr4plus", "physical"), [LoopCase(delay=2), LoopCase(rate=500.0, delay=2)]
+    gains, q, most = second_order_gains(np.ones(7), 50.0, 0.8), np.zeros((1, 7)) + 0.5, {"most": 60.0}
+    margin = margin_gains(arm, 1.5, cases, gains, q, **most)
+    rows = {tuple(row[:2]): row[2:] for row in margin.table.rows}
+    assert list(rows) == [(law, case.words) for law in ("pd-gravity", "pid", "inverse-dynamics") for case in cases]
+    assert rows["inverse-dynamics", cases[0].words] == ("over 60", "nothing that was tried")
+    for (law, words), found in margin.found.items():
+        of_inertia = {} if law == "inverse-dynamics" else {"inertia": np.ones(7)}
+        (case,) = (case for case in cases if case.words == words)
+        alone = largest_omega_n(arm, law, [case], q=q, peak=1.5, xi=0.8, **of_inertia, **most)
+        assert (found.omega_n, found.peak, found.joint) == (alone.omega_n, alone.peak, alone.joint)
+        if not found.at_most:
+            where = f"joint_{found.joint + 1} at (29 29 29 29 29 29 29) deg"
+            text = "none" if found.omega_n is None else f"{found.omega_n:.1f}"
+            assert rows[law, words] == (text, where)
+    assert margin.table.title == (
+        "Largest omega_n with |S_ii| <= 1.5, at 1 poses of the task; linear and at rest, without friction and torque "
+        "limits"
+    )
+    each = margin.found["pd-gravity", cases[1].words]
+    record = margin.record()["controllers"][1]
+    assert {k: record[k] for k in ("controller", "case", "omega_n", "joint", "at_most")} == {
+        "controller": "pd-gravity", "case": cases[1].words, "omega_n": each.omega_n, "joint": each.joint + 1,
+        "at_most": False,
+    }  # fmt: skip
+    drawn = margin_gains(arm, 1.001, cases[:1], gains, **most, poses=2)
+    assert drawn.where == "over the joint box (2 poses)"
+    assert {row[2] for row in drawn.table.rows} == {"none"}

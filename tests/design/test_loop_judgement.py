@@ -8,8 +8,16 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.gains import second_order_gains
-from lwr_dyn.design.loop_judgement import LoopCase, sampled_loops, sampling_text, stability_lines, unknown_text
+from lwr_dyn.design.loop_judgement import (
+    LoopCase,
+    sampled_loops,
+    sampling_text,
+    stability_lines,
+    stability_table,
+    unknown_text,
+)
 from lwr_dyn.design.sampled_loop import Sampling
+from lwr_dyn.design.sampled_stability import SampledStability, pose_text, rate_text
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import JointGains
 from tests.simulation.sample_runs import lwr, one_joint
@@ -162,6 +170,12 @@ def test_gains_of_the_file_are_judged_as_they_are_and_unknown_limits_as_a_metre(
         "pd-gravity": 0.0, "pid": 0.0, "inverse-dynamics": 0.0,  # T 2 xi omega_n = 0.1
         "pd-gravity --own-gains": 1.0,  # T Kd / m = 2.5
     }  # fmt: skip
+    table = stability_table(own, judged)
+    assert table.title.startswith("Sampled at 1000 Hz: unstable at rest, of 2000 poses drawn evenly from the joint box")
+    assert table.cells == tuple(
+        (name, found.share_text, rate_text(found.least_rate), f"{found.radius:.4g}", pose_text(found.worst, own))
+        for name, found in judged.items()
+    )
     judged = sampled_loops(arm, gains, Sampling(40.0))
     assert {(found.unknown_limits, found.share) for found in judged.values()} == {(("joint_1",), 1.0)}  # T 2 xi w = 2.5
     words = "limits of all joints unknown: +-180 deg (sliding: +-1 m) taken"
@@ -171,6 +185,21 @@ def test_gains_of_the_file_are_judged_as_they_are_and_unknown_limits_as_a_metre(
     )
     assert stability_lines(arm, {"in_box": judged["pid"], "along_reference": judged["pid"]})[1] == f"note: {words}"
     assert stability_lines(lwr(), None) == []
+
+
+def test_lines_of_some_poses_of_all_and_of_slow_growth():
+    some = SampledStability(Sampling(500.0, 1), 8, 3, np.zeros(7), 1.1, 600.0)
+    every, none = replace(some, unstable=8, radius=1.0999, least_rate=None), replace(some, unstable=0, radius=0.9)
+    loop = "note: sampled at 500 Hz with a delay of 1 sample, this loop is unstable at rest in"
+    grows = "worst found at (0 0 0 0 0 0 0) deg, where a deviation grows {} with each sample;"
+    quick, slow, from_600 = grows.format("1.1 times"), grows.format("by 10 %"), "from 600 Hz on it is stable"
+    of_some = f"{loop} {some.share_text} of the joint box (8 poses); {quick} {from_600} in all of them"
+    of_all = f"{loop} 8 of 8 poses of the joint box; {slow} {rate_text(None)} makes it stable in all of them"
+    holds = "note: at the poses of this reference (8 of them) it is stable"
+    fails = f"note: at 3 of 8 poses of this reference it is unstable; {quick} {from_600} there"
+    for box, path, lines in ((none, none, []), (some, none, [of_some, holds]), (every, some, [of_all, fails])):
+        assert stability_lines(lwr(), {"in_box": box, "along_reference": path}) == lines
+    assert stability_lines(lwr(), {"in_box": none, "along_reference": some})[1:] == [fails]
 
 
 def test_a_case_and_a_sampling_in_words():

@@ -7,12 +7,13 @@ import pytest
 
 from lwr_dyn.design.loop_judgement import LoopCase
 from lwr_dyn.design.loop_margins import largest_sensitivity
-from lwr_dyn.design.margins import margins
-from lwr_dyn.design.sampled_stability import wilson_interval
+from lwr_dyn.design.margins import margins, percent
+from lwr_dyn.design.sampled_stability import rate_text, wilson_interval
 from lwr_dyn.dynamics.protocol import ungated
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
 from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.model.arm import arm_with_payload
+from lwr_dyn.model.chain import JointKind
 from lwr_dyn.simulation.integrators import held_rk4
 from lwr_dyn.simulation.simulate import simulate
 from tests.design.margin_cases import BENT, arm, dynamics, law
@@ -125,17 +126,62 @@ def test_the_record_has_what_programs_ask_for():
     assert (record["worst"]["gain_up"], record["holds"]) == ([None] * 7, False)
 
 
-@pytest.mark.slow
-def test_the_text_says_what_was_left_out_and_where_it_is_worst():
-    held, unstable = str(in_box(q=[BENT], delay=1)), str(in_box("computed", poses=100))
-    for text, words in (
-        (held, "without speeds, friction, torque limits and stops"),
-        (held, "0 of 1 given poses"),
-        (held, "delay of all torques together, up to: "),
-        (unstable, "worst joint: joint_1"),
-        (unstable, "no margins there; the fastest deviation swings at: 500 Hz"),
-    ):
-        assert words in text
+def test_the_text_says_all_of_the_worst_pose():
+    found = in_box(q=[BENT], delay=1)
+    worst, lines = found.worst, [" ".join(line.split()) for line in str(found).splitlines()]
+    downs = ["under 0.001" if x == 0.0 else f"{x:.3g}" for x in worst.gain_down]
+    rows = zip(arm().joint_names, worst.peak, worst.peak_hz, worst.gain_up, downs, strict=True)
+    assert (downs.count("under 0.001"), lines) == (6, [
+        "lwr4plus, reading physical: PD + gravity, damping on dq; rigid, 1000 Hz, delay of 1 sample",
+        "linear and at rest: without speeds, friction, torque limits and stops",
+        "unstable: 0 of 1 given poses",
+        f"stable from: {rate_text(found.stability.least_rate)}",
+        "|S_ii| above 1.7: 0 of 1 of them",
+        "worst pose: (17 57 -29 -80 46 52 0) deg",
+        f"worst joint: joint_{worst.peak.argmax() + 1}",
+        "",
+        f"largest factor of a deviation from sample to sample: {worst.radius:.4g}",
+        "joint max |S_ii| at [Hz] gain up to gain down to",
+        "------- ---------- ------- ---------- ------------",
+        *(f"{name} {peak:.3f} {hz:.3g} {up:.3g} {down}" for name, peak, hz, up, down in rows),
+        f"gain of all torques together, up to: {worst.all_up:.3g}",
+        f"gain of all torques together, down to: {worst.all_down:.3g}",
+        f"delay of all torques together, up to: {1e3 * worst.delay_margin:.3g} ms",
+    ])  # fmt: skip
+    stable, record = found.stability, json.loads(json_text(found.record()))
+    poles = np.column_stack([worst.poles.real, worst.poles.imag]).tolist()
+    assert record == {
+        "robot": "lwr4plus", "reading": "physical", "controller": found.controller, "label": found.label,
+        "case": found.case.words, "rate": 1000.0, "delay": 1, "where": "given poses", "poses": 1, "unstable": 0,
+        "unstable_share": 0.0, "unstable_share_interval": [*stable.interval], "least_rate_hz": stable.least_rate,
+        "limit": 1.7, "above_limit_poses": 1, "above_limit_share": 0.0,
+        "above_limit_interval": [*wilson_interval(0, 1)], "holds": True, "worst_q": BENT.tolist(),
+        "worst_joint": found.worst_joint, "unknown_limits": [], "notes": [], "caveats": record["caveats"],
+        "worst": {
+            "q": BENT.tolist(), "radius": worst.radius, "stable": True, "poles": poles, "all_up": worst.all_up,
+            "all_down": worst.all_down, "delay_margin": worst.delay_margin,
+            **{key: getattr(worst, key).tolist() for key in ("peak", "peak_hz", "gain_up", "gain_down")},
+        },
+    }  # fmt: skip
+    lines = str(in_box("computed", q=np.radians([[-65, 0, 170, 1, -55, 17, -61]]))).splitlines()
+    assert lines[3:5] == ["unstable: 1 of 1 given poses", "stable from: 6920 Hz"]
+    assert lines[-1] == "unstable, no margins there; the fastest deviation swings at: 500 Hz"
+
+
+def test_over_the_box_poses_are_drawn_and_the_worst_is_searched():
+    """A pendulum: gravity makes it stiffer below and less stiff above."""
+    pendulum = one_joint(JointKind.REVOLUTE, 2.0, 0.5, (0.0, -9.81, 0.0), lower=-1.0, upper=2.0)
+    options = {"inertia": [0.52], "omega_n": 4.0, "delay": 2, "limit": 1.1, "poses": 30}
+    rows, grid = np.random.default_rng(3).uniform(-1.0, 2.0, (30, 1)), np.linspace(-1.0, 2.0, 301)[:, None]
+    box, given = (margins(pendulum, "pd-gravity", q=q, seed=3, **options) for q in (None, rows))
+    peaks = [largest_sensitivity(box.loops(q), box.case.sampling)[:, 0] for q in (rows, grid)]
+    assert (box.where, given.where) == ("joint box", "given poses")
+    assert box.above == given.above == np.count_nonzero(peaks[0] > 1.1)
+    assert 0 < box.above < box.peak_poses == given.peak_poses == 30
+    assert given.worst.q[0] == rows[peaks[0].argmax()]
+    assert box.worst.q[0] == pytest.approx(grid[peaks[1].argmax(), 0], abs=0.011)
+    assert f"|S_ii| above 1.1: {percent(box.above / 30, box.above_interval)} of 30 of them" in str(box)
+    assert not box.holds
 
 
 @pytest.mark.parametrize(

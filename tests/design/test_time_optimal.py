@@ -23,14 +23,6 @@ ARM = lwr_dyn.load("lwr4plus", "computed")
 START = [0.0, 0.5, 0.0, -1.2, 0.0, 0.6, 0.0]
 
 
-def move(joint, by, **options):
-    """A move of one joint from `START`, retimed."""
-    end = np.array(START)
-    end[joint] += by
-    reference = lwr_dyn.reference("point-to-point", ARM, start=START, end=end, duration=9.0)
-    return least_time(ARM, reference, **options)
-
-
 @pytest.fixture(scope="module")
 def ist():
     return lwr_dyn.reference("ist", ARM, timing="smooth-blended")
@@ -48,16 +40,42 @@ def uses(reference, t, effort=ARM.effort):
     return np.abs(tau / effort).max(), np.abs(motion.dq / ARM.velocity).max()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("rate", [None, 1000.0])
-def test_a_move_takes_the_time_of_the_closed_form(rate):
-    """At most a, from rest to rest: 2 sqrt(d / a); where the speed v is reached, d / v + v / a."""
-    assert move(0, 0.5, acceleration=2.0, rate=rate).duration == pytest.approx(2.0 * np.sqrt(0.5 / 2.0), rel=2e-3)
-    v = ARM.velocity[6]
-    trapezoid = 2.0 / v + v / 10.0
-    found = move(6, 2.0, acceleration=10.0, speed_share=1.0, rate=rate).duration
-    assert found == pytest.approx(trapezoid, rel=2e-3)
-    assert found > trapezoid - 1e-9
+HALF_METRE = CurveReference(
+    lambda s: (0.5 * s[:, None], np.full((s.size, 1), 0.5), np.zeros((s.size, 1))), constant_speed(1.0, 1.0)
+)
+
+
+@pytest.mark.parametrize(
+    ("options", "a", "v"),
+    [
+        ({}, 4.5, 0.95), ({"rate": None}, 4.5, 0.95), ({"speed_share": 0.5}, 4.5, 0.5), ({"intervals": 40}, 4.5, 0.95),
+        ({"effort_share": 0.5, "rate": 500.0}, 2.5, 0.95), ({"acceleration": 1.5}, 1.5, np.inf),
+    ],
+)  # fmt: skip
+def test_a_slider_takes_the_time_of_the_closed_form_and_says_what_rules(options, a, v):
+    """2 kg, 10 N, 1 m/s over d = 0.5 m: at most a, d / v + v / a; where v is not reached, 2 sqrt(d / a)."""
+    quick = least_time(one_joint(effort=10.0, velocity=1.0), HALF_METRE, **options)
+    rising = v / a if np.isfinite(v) else np.sqrt(0.5 / a)
+    least = 0.5 / v + rising if np.isfinite(v) else 2.0 * rising
+    assert least - 1e-9 < quick.duration == pytest.approx(least, rel=3e-3)
+    about, rules = quick.about["timing"], np.array([0.0, 1.0 - 2.0 * rising / least, 2.0 * rising / least])
+    torque = min(a / 5.0 / options.get("effort_share", 0.9), 1.0)
+    if "acceleration" not in options:
+        torque, rules = 1.0, rules[[2, 1, 0]]
+    assert [*about["ruled_by"]] == [*about["use"]] == ["torque", "speed", "acceleration"]
+    assert [*about["ruled_by"].values()] == pytest.approx(rules, abs=0.03)
+    speed = (v if np.isfinite(v) else a * rising) / options.get("speed_share", 0.95)
+    uses = [torque, min(speed, 1.0), float("acceleration" in options)]
+    assert [*about["use"].values()] == pytest.approx(uses, abs=0.01)
+    assert (max(about["use"].values()) <= 1.0, about["duration"], about["pieces"]) == (True, quick.duration, 1)
+    kept = {key: about[key] for key in ("effort_share", "speed_share", "acceleration")}
+    assert kept == {"effort_share": 0.9, "speed_share": 0.95, "acceleration": None} | {
+        key: value for key, value in options.items() if key in kept
+    }
+    rate, profile = options.get("rate", 1000.0), quick.profile
+    if rate is not None:
+        np.testing.assert_allclose(np.diff(profile.knots), 1.0 / rate, rtol=1e-9)
+    assert (profile.length, quick.sample(quick.duration).q[0, 0]) == (pytest.approx(1.0), pytest.approx(0.5))
 
 
 @pytest.mark.slow

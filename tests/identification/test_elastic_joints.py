@@ -56,6 +56,13 @@ def test_without_noise_stiffness_is_exact_to_a_part_in_ten_thousand(plant):
     assert np.abs(found.of("stiffness") / GEARS.stiffness - 1.0).max() < 1e-4
     assert np.abs(found.of("damping") / GEARS.damping - 1.0).max() < 0.03
     assert np.abs(found.of("armature") / plant.parameters[plant.columns.rotor_indices] - 1.0).max() < 1e-3
+    truth = elastic_truth(plant, GEARS, found.base)
+    for k, name in enumerate(("coulomb", "viscous", "offset")):
+        at = [found.names.index(f"{name}_{j}") for j in range(1, 8)]
+        assert found.of(name) == pytest.approx(truth[at], abs=5e-3)
+        of_models = [(m.positive.coulomb, m.positive.viscous, m.offset)[k] for m in found.friction]
+        assert of_models == pytest.approx(found.of(name))
+    assert found.links == pytest.approx(truth[: found.base.count], abs=5e-3)
 
 
 def test_least_squares_would_take_noise_for_the_spring(logs):
@@ -107,7 +114,9 @@ def test_a_joint_that_does_not_bend_is_named_and_takes_another_value(plant):
     assert float(shown[1]) == pytest.approx(found.of("stiffness")[0], rel=1e-3)
     with pytest.raises(OptionError, match=f"stiffness of joint {joint}"):
         found.elasticity()
-    assert found.elasticity(otherwise=GEARS).stiffness[~found.bends] == pytest.approx(GEARS.stiffness[~found.bends])
+    gears, own = found.elasticity(otherwise=GEARS), np.maximum(found.of("damping"), 0.0)
+    assert gears.stiffness.tolist() == np.where(found.bends, found.of("stiffness"), GEARS.stiffness).tolist()
+    assert gears.damping.tolist() == np.where(found.bends, own, GEARS.damping).tolist()
 
 
 @pytest.mark.slow

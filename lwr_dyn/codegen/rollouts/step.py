@@ -220,7 +220,8 @@ def late_command(command: Column, memory: Column, delay: Any, sample: Any) -> La
     out = command
     for i in range(1, most + 1):
         out = casadi.if_else(behind > i - 0.5, memory[n * (i - 1) : n * i], out)
-    return LateCommand(out, casadi.vertcat(command, memory[: n * (most - 1)]) if most else memory)
+    kept = memory[: n * (most - 1), 0]  # [:0] of a single number would be a row, which counts
+    return LateCommand(out, casadi.vertcat(command, kept) if most else memory)
 
 
 GENERATOR = 5

@@ -66,8 +66,6 @@ class BodyPrior:
     """
     spread: Array
     """(p,) standard deviation of friction about the table's, used for the columns of friction only."""
-    rotor_weight: float | None = None
-    """Weight of the rotors that the table has; that of the bodies if not given."""
 
     friction: NDArray[np.intp] = field(init=False)
     """Columns that are neither bodies nor rotors."""
@@ -101,7 +99,7 @@ class BodyPrior:
             return float("inf")
         logs = 2.0 * np.log(np.diagonal(roots, axis1=1, axis2=2)).sum() + np.linalg.slogdet(self._inverse)[1].sum()
         bodies = (self._inverse * pseudo).sum() - logs - 4.0 * len(pseudo)
-        of_rotors = self._rotor_weights(weight) @ (rotors - np.log(rotors) - 1.0)
+        of_rotors = np.where(self.unknown_rotors, 1.0, weight) @ (rotors - np.log(rotors) - 1.0)
         friction = np.square((parameters - self.table) / self.spread)[self.friction].sum()
         return float(weight * bodies + of_rotors + 0.5 * friction)
 
@@ -118,7 +116,8 @@ class BodyPrior:
         blocks = weight * steps @ np.swapaxes(across, 1, 2)
         for i, block in enumerate(blocks):
             hessian[_TEN * i : _TEN * (i + 1), _TEN * i : _TEN * (i + 1)] = block
-        of_rotors, rotors, own_rotors = self._rotor_weights(weight), parameters[self.rotors], self.table[self.rotors]
+        rotors, own_rotors = parameters[self.rotors], self.table[self.rotors]
+        of_rotors = np.where(self.unknown_rotors, 1.0, weight)
         gradient[self.rotors] = of_rotors * (1.0 / own_rotors - 1.0 / rotors)
         hessian[self.rotors, self.rotors] = of_rotors / rotors**2
         precise = 1.0 / self.spread[self.friction] ** 2
@@ -132,9 +131,6 @@ class BodyPrior:
 
     def _pseudo(self, parameters: Array) -> Array:
         return inertial_parameters.pseudo_inertias(parameters[: self.bodies].reshape(-1, _TEN))
-
-    def _rotor_weights(self, weight: float) -> Array:
-        return np.where(self.unknown_rotors, 1.0, weight if self.rotor_weight is None else self.rotor_weight)
 
 
 def body_prior(columns: TorqueColumns, table: Array) -> BodyPrior:

@@ -63,15 +63,10 @@ class Target:
 class NearestBodies:
     """The optimum under given weights of the prior, with the Hessian there in the free directions."""
 
-    weight: float
-    """Of the bodies."""
-    rotor_weight: float
     parameters: Array
-    value: float
     hessian: Array
     free: Array | None
     """(p, f) directions in which the parameters may move; None for all."""
-    iterations: int
 
     @property
     def covariance(self) -> Array:
@@ -103,9 +98,8 @@ def nearest_bodies(
     def cost(parameters: Array) -> float:
         return target.half_chi2(parameters) + prior.distance(parameters, weight)
 
-    weights = weight, weight if prior.rotor_weight is None else prior.rotor_weight
     here, value = start, cost(start)
-    for iteration in range(_ROUNDS):
+    for _ in range(_ROUNDS):
         slope, curvature = prior.derivatives(here, weight)
         slope, hessian = reduced(slope + target.slope(here)), reduced(curvature + target.curvature)
         step = _newton_step(hessian, slope)
@@ -116,9 +110,9 @@ def nearest_bodies(
         while (there := cost(here + share * move)) > value - _ARMIJO * share * decrement:
             share *= 0.5
             if share < _SHORTEST:  # rounding is all that is left
-                return NearestBodies(*weights, here, value, hessian, free, iteration)
+                return NearestBodies(here, hessian, free)
         here, value = here + share * move, there
-    return NearestBodies(*weights, here, value, hessian, free, iteration)
+    return NearestBodies(here, hessian, free)
 
 
 def _newton_step(hessian: Array, slope: Array) -> Array:
@@ -293,7 +287,7 @@ def bodies_of(target: Target, prior: body_prior.BodyPrior, free: Array | None) -
     stall. The last steps are held to the bodies that were reached, which is a barrier without a pull.
     """
     alike, loose = np.zeros_like(prior.unknown_rotors), np.full(prior.spread.shape, np.inf)
-    held, here = replace(prior, rotor_weight=None, unknown_rotors=alike, spread=loose), prior.table
+    held, here = replace(prior, unknown_rotors=alike, spread=loose), prior.table
     for weight in PATH:
         here = nearest_bodies(target, held, weight, here, free).parameters
     for weight in INWARD:

@@ -51,7 +51,7 @@ def write_excitation(path: str | Path, excitation: Excitation, rate: float = 100
         write_file(path, table_bytes(names, columns, Path(path).suffix, said))
 
 
-def excitation_columns(excitation: Excitation, rate: float = 100.0) -> tuple[list[str], list[Array]]:
+def excitation_columns(excitation: Excitation, rate: float) -> tuple[list[str], list[Array]]:
     """Names with units, and columns (k,), of a motion at `rate` [Hz]."""
     motion = excitation.sampled(rate)
     names, columns = ["time [s]"], [motion.t]
@@ -63,7 +63,7 @@ def excitation_columns(excitation: Excitation, rate: float = 100.0) -> tuple[lis
     return names, columns
 
 
-def run_of_excitation(excitation: Excitation, rate: float = 100.0) -> Run:
+def run_of_excitation(excitation: Excitation, rate: float) -> Run:
     """The motion as a run in which the joints follow it exactly, with the torques of the arm's own table."""
     arm, m = excitation.arm, excitation.sampled(rate)
     dynamics = dynamics_of(arm)

@@ -88,8 +88,6 @@ def stribeck_search(samples: Samples, columns: TorqueColumns) -> StribeckSearch:
     plain = replace(columns, stribeck_velocity=None)
     lowest, highest = _bounds(samples, columns)
     low, high = lowest.copy(), highest.copy()
-    chosen = np.full(columns.n, -1)
-    grid, drop = np.empty((columns.n, 0)), np.zeros(columns.n)
     for _ in range(PASSES):
         grid = np.geomspace(low, high, SPEEDS, axis=1)
         chosen, drop = _choice(samples, replace(plain, stribeck_velocity=grid), plain.base())

@@ -2,10 +2,12 @@
 
 import json
 
+import casadi
 import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen.emit.emission import emitted_arm, vectors_text
+from lwr_dyn.codegen.emit.functions import Argument, EmittedFunction, Store, emitted_code
 from lwr_dyn.codegen.emit.javascript_file import js_files
 from tests.codegen.emit.programs import node
 
@@ -64,3 +66,22 @@ def test_a_vector_that_differs_is_seen(tmp_path):
 
     _, found = compared(tmp_path, "kr30ha", ("inverse_kinematics", "gravity_vector"), change)
     assert [name for name, (worst, _) in found.items() if not worst <= 1.0] == ["inverse_kinematics_near"]
+
+
+X = casadi.SX.sym("x", 2)
+
+
+@pytest.mark.parametrize(
+    ("results", "early", "stores"),
+    [
+        ((X[0] + 1.0, X[1] * X[0]), False, [2, 3]),  # both at the end
+        ((X[1], X[0] + 1.0), True, [0, 2]), ((X[0] + 1.0, X[1], X[0]), True, [0, 1, 3]),
+        ((X[0] + 1.0, X[0] * X[1], X[1] - 2.0), True, [1, 3, 5]),
+    ],
+)  # fmt: skip
+def test_results_may_stand_in_an_argument_where_they_are_stored_last(results, early, stores):
+    """Not where one is an argument itself, which a result before it would change, nor where they are more numbers."""
+    symbolic = casadi.Function("f", [X], [casadi.vertcat(*results)])
+    code = emitted_code(EmittedFunction("f", "", (Argument("x", 2, "rad"),), (len(results),), "1", symbolic))
+    assert code.stores_early == early
+    assert [i for i, one in enumerate(code.statements) if isinstance(one, Store)] == stores

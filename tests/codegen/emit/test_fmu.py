@@ -157,6 +157,11 @@ def test_states_are_kept_and_bad_calls_refused(tmp_path, version):
     assert plant.step(0.0, 0.01) == 0
     assert np.array_equal(plant.get("q"), after)
     plant.call(f"Free{word}", ctypes.byref(kept))
+    rows, count = (ctypes.c_double * 14)(), ctypes.c_size_t(14)
+    for name, expected in (("Nominals", np.ones(14)), ("", np.r_[after, plant.get("dq")])):
+        assert plant.call(f"Get{name + 'Of' * bool(name)}ContinuousStates", rows, count) == 0
+        assert np.array_equal(rows, expected)
+    assert plant.call("GetContinuousStates", rows, ctypes.c_size_t(13)) != 0
     plant.references["wrong"] = [(99_999, 1)]
     with pytest.raises(AssertionError):
         plant.get("wrong")

@@ -84,7 +84,9 @@ def test_states_that_are_not_finite_are_named_and_the_rest_computed(batch, expec
     bad = np.isin(np.arange(41), (5, 17, 40))
     assert np.isnan(result[bad]).all()
     assert np.abs(result[~bad] - expected[~bad]).max() < 1e-12
-    q[5, 0], q[17, 3] = 0.0, 0.0
+    q[[5, 17], [0, 3]], ddq[40, 6] = (3e7, -4e8), 0.0  # turned many times: whole turns are taken off
+    turned = lwr_dyn.dynamics_of(ARM, "newton-euler").inverse_dynamics(q, DQ, ddq)
+    assert np.abs(batch.inverse_dynamics(q, DQ, ddq) - turned).max() < 1e-12
     q[2, 0] = np.nan  # the first joint's angle changes neither B nor g, and is not overlooked
     with pytest.warns(NotFiniteWarning, match="index 2"):
         assert np.isnan(batch.mass_matrix(q)[2]).all()

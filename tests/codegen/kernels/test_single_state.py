@@ -209,6 +209,8 @@ def test_an_object_of_another_size_has_no_lock_or_another_width(monkeypatch):
     # a free-threaded Python has a larger head, so that all offsets are others
     monkeypatch.setattr(single_state, "object", type("Wide", (), {"__basicsize__": 32}), raising=False)
     assert "lock" in closed_because()
+    behind = lambda x: x  # noqa: E731
+    assert doubled(behind) is behind
 
 
 @open_here

@@ -32,15 +32,15 @@ SECONDS = 0.4
 
 
 @cache
-def lwr():
+def lwr(joints=4):
     """Its first four joints, whose loops compile twice as fast; the command below runs all seven."""
-    return replace(first_joints(4), friction=WHOLE.friction)
+    return replace(first_joints(joints), friction=WHOLE.friction)
 
 
 @cache
-def rough():
+def rough(joints=4):
     """An arm whose friction is little enough for RK4 at 1 kHz."""
-    return arm_with_friction(lwr(), 5e-5)
+    return arm_with_friction(lwr(joints), 5e-5)
 
 
 class Later:
@@ -49,7 +49,9 @@ class Later:
     duration, name = SECONDS, "later"
 
     def __init__(self, arm):
-        self._move = point_to_point(arm, [[0.3, -1.2, 0.2, 0.9], [0.9, -0.7, -0.3, 1.5]], [1.0])
+        self._move = point_to_point(
+            arm, [ends[: arm.n] for ends in ([0.3, -1.2, 0.2, 0.9], [0.9, -0.7, -0.3, 1.5])], [1.0]
+        )
 
     def sample(self, t):
         return replace(self._move.sample(t + 0.3), t=t)
@@ -90,13 +92,21 @@ def both(law, arm=lwr, is_known=False, scale=1.0, **options):
     return [simulate(arm, controller, reference, loop=loop, **options) for loop in (None, "compiled")]
 
 
+SMALL = {
+    "pd-gravity, one joint": {
+        "arm": lambda: lwr(1), "delay": 1, "encoder": CountedEncoder(0.0, 1e-5, 80.0, run=5), "seed": 4,
+    },
+    "inverse-dynamics+friction, two": {"arm": lambda: rough(2), "friction": "smooth", "substeps": 2, "payload": 1.0},
+}  # fmt: skip
+"""Arms whose loops compile at once."""
+
+
 @cache
 def pair(law):
-    return both(law, **CASES[law])
+    return both(law.partition(",")[0], **(CASES | SMALL)[law])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("law", CASES)
+@pytest.mark.parametrize("law", [*(pytest.param(law, marks=pytest.mark.slow) for law in CASES), *SMALL])
 def test_every_sample_and_the_record_are_those_of_the_usual_loop(law):
     usual, compiled = pair(law)
     torque = 1e-10 * max(1.0, np.abs(usual.tau_command).max())

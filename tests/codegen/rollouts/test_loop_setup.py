@@ -11,11 +11,18 @@ from lwr_dyn.codegen.kernels.kernel_spec import inertial_parameters
 from lwr_dyn.codegen.rollouts.kernel import room_for_record
 from lwr_dyn.codegen.rollouts.kernel_task import plan_of, task_of
 from lwr_dyn.codegen.rollouts.law_forms import INVERSE_DYNAMICS, NoKernelFormError
-from lwr_dyn.codegen.rollouts.loop_setup import arm_of_run, kept_values, loop_setup, mass_matrices, parameter_shapes
+from lwr_dyn.codegen.rollouts.loop_setup import (
+    arm_of_run,
+    kept_values,
+    loop_setup,
+    mass_matrices,
+    parameter_shapes,
+    run_parameters,
+)
 from lwr_dyn.codegen.rollouts.result import figures_of
 from lwr_dyn.foundation import errors
 from lwr_dyn.model.chain import first_links
-from lwr_dyn.model.friction import symmetric
+from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import Loop
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
@@ -215,6 +222,32 @@ def test_the_shapes_of_a_runs_values():
     places = dict.fromkeys(("payload_com", "model_payload_com"), (3,))
     expected = of_joints | single | places | {"friction": (5, 2), "Kp": (2,)}
     assert parameter_shapes(2, {"Kp": (2,)}) == expected
+
+
+def test_rows_may_be_flat_have_an_axis_of_links_or_stand_for_all_joints():
+    shapes, rng = parameter_shapes(3, {"Kp": (3,)}), np.random.default_rng(0)
+    bodies, friction, gains = rng.uniform(size=(4, 3, 10)), rng.uniform(size=(4, 5, 3)), rng.uniform(size=4)
+    flat = {"inertia": bodies.reshape(4, 30), "friction": friction.reshape(4, 15), "Kp": gains, "payload": gains}
+    axes = {"inertia": bodies, "friction": friction, "Kp": gains[:, None], "payload": gains[:, None]}
+    wanted = {"inertia": flat["inertia"], "friction": friction, "Kp": np.tile(gains[:, None], 3), "payload": gains}
+    for given in (flat, axes, wanted):
+        count, found = run_parameters(given, None, shapes)
+        assert (count, found.keys()) == (4, wanted.keys())
+        for name, array in wanted.items():
+            np.testing.assert_array_equal(found[name], array)
+    for name in ("inertia", "payload_com"):
+        with pytest.raises(errors.ShapeError, match=name):
+            run_parameters({"payload": gains, name: gains[:, None]}, None, shapes)
+
+
+def test_smooth_friction_is_looked_at_before_anything_is_computed():
+    dip = replace(ARM, friction=(JointFriction(*[Direction(1.0, 0.5, 2.0, 0.1)] * 2),) * 7)
+    for arm, width, words in (
+        (dip, 0.1, "Stribeck"),
+        (RUBBING, np.inf, "friction_width: inf; allowed: a speed above 0"),
+    ):
+        with pytest.raises(errors.OptionError, match=words):
+            loop_setup(arm, LAW, IST, Loop(friction="smooth", duration=0.01), width)
 
 
 def rows(**given):

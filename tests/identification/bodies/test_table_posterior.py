@@ -1,13 +1,15 @@
 """What log and table say together: the same as dense Bayes by another road, and a plus-minus that covers."""
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
-from scipy.stats import multivariate_normal
+from scipy.special import softmax
+from scipy.stats import multivariate_normal, norm, qmc
 
 from lwr_dyn.dynamics.regressor import body_parameters
+from lwr_dyn.identification.bodies import table_posterior
 from lwr_dyn.identification.bodies.body_prior import body_prior, constraints_of
 from lwr_dyn.identification.bodies.link_spreads import Scales, covariances, link_spreads
 from lwr_dyn.identification.bodies.table_posterior import USUAL, TablePosterior, logs_of, scales_of
@@ -72,9 +74,59 @@ def test_the_likeliest_scales_are_a_maximum(posterior):
             there = logs.copy()
             there[k] += step
             assert posterior.evidence(there) < best + 0.05
-    mixed, alone = posterior.mixed(logs), posterior.given(logs)
-    assert np.trace(mixed.covariance) > np.trace(alone.covariance)
     assert scales_of(logs).mass == pytest.approx(np.exp(logs[3]))
+
+
+SECOND = ((1, 1, -1), (1, -1, 1), (-1, 1, 1), (-1, -1, -1))
+"""Of a second difference: factor, steps along both."""
+
+
+def test_the_mixture_counts_scales_about_the_likeliest_by_their_evidence(posterior):
+    """As far about them as the evidence is curved, by differences over 0.3; a fifth wider; 64 points."""
+    logs = logs_of(replace(USUAL, shape=0.12))
+    ways = 0.3 * np.eye(5)
+    curved = np.array([
+        [sum(c * posterior.evidence(logs + a * u + b * v) for c, a, b in SECOND) / 0.36 for v in ways] for u in ways
+    ])  # fmt: skip
+    at = posterior.evidence(logs)
+    curved[np.diag_indices(5)] = [(2 * at - posterior.evidence(logs + u) - posterior.evidence(logs - u)) / 0.09
+                                  for u in ways]  # fmt: skip
+    values, axes = np.linalg.eigh(curved)
+    points = np.vstack([np.zeros(5), norm.ppf(qmc.Sobol(5, seed=1).random(64)[:63])])
+    beliefs = [posterior.given(logs + axes @ (p * np.sqrt(1.2 / np.maximum(values, 0.5)))) for p in points]
+    weights = softmax([b.evidence + 0.5 * p @ p for b, p in zip(beliefs, points, strict=True)])
+    means, found = np.array([b.mean for b in beliefs]), posterior.mixed(logs)
+    spread = np.cov(means.T, aweights=weights, ddof=0)
+    unit = posterior.table_sigma(logs)
+    assert found.mean / unit == pytest.approx(weights @ means / unit)
+    wanted = np.average([b.covariance for b in beliefs], axis=0, weights=weights) + spread
+    assert found.covariance / np.outer(unit, unit) == pytest.approx(wanted / np.outer(unit, unit))
+    assert found.evidence == posterior.evidence(logs)
+
+
+def test_factors_are_those_of_students_t(seen, lwr, columns, monkeypatch):
+    """(5 + expected square of a kind's part of a link's difference, in units of its scale) / (5 + its dimension)."""
+    once, twice = (TablePosterior(seen, body_prior(columns, columns.own(lwr))) for _ in range(2))
+    monkeypatch.setattr(table_posterior, "ROUNDS", 0)
+    logs = once.likeliest()
+    monkeypatch.setattr(table_posterior, "ROUNDS", 1)
+    twice.likeliest()
+    belief, prior, scales = once.given(logs), once.prior, scales_of(logs)
+    spreads = link_spreads(prior.table[:70].reshape(7, 10))
+    whole, away = covariances(spreads, scales), belief.mean - prior.table
+    for i in range(7):
+        ten = slice(10 * i, 10 * i + 10)
+        squares = np.outer(away[ten], away[ten]) + belief.covariance[ten, ten]
+        unit = np.sqrt(np.outer(np.diag(whole[i]), np.diag(whole[i])))
+        for k, (scale, dimension) in enumerate(zip(astuple(scales)[:4], (10, 3, 6, 1), strict=True)):
+            own = scale**2 * spreads[i, k]
+            part = own @ (np.linalg.inv(whole[i] / unit) / unit)
+            expected = part @ squares @ part.T + own - part @ own
+            square = np.trace(np.linalg.pinv(own / unit, 1e-8, hermitian=True) @ (expected / unit))
+            assert twice.local[i, k] == pytest.approx(np.clip((5 + square) / (5 + dimension), 0.1, 100.0), rel=1e-3)
+    table, rotors = prior.table[prior.rotors], once.rotors
+    off = np.log(rotors / table) ** 2 + np.diag(belief.covariance)[prior.rotors] / rotors**2
+    assert twice.local_rotors == pytest.approx((5 + off / scales.rotor**2) / 6)
 
 
 def test_what_is_known_is_met_and_no_evidence(seen, lwr, columns):
@@ -129,6 +181,26 @@ def test_moved_centres_and_masses_have_the_covariances_that_are_said(links):
     assert added == pytest.approx((m * 0.01) ** 2 * np.array([0, 0, 0, 0, 2, 0.5, 0.5, 2, 0.5, 2]))
     point = body_parameters(Body(m, c, np.zeros((3, 3))))
     assert spreads[0, 3] == pytest.approx(np.outer(point, point), abs=1e-12)
+
+
+def test_a_tensor_has_its_own_moments_all_of_them_together_and_turned_axes(links):
+    """By one direction at a time: symmetric matrices of length 1 between the roots of the second moments."""
+    P, axes = pseudo_inertias(links[4]), -np.cross(np.eye(3)[:, None], np.eye(3))
+    S = P[:3, :3] - np.outer(P[:3, 3], P[:3, 3]) / P[3, 3]
+
+    def read(second):
+        return inertial_parameters(np.pad(second, (0, 1)))
+
+    def drawn(second):
+        pairs = [np.outer(a, b) + np.outer(b, a) for i, a in enumerate(np.eye(3)) for b in np.eye(3)[: i + 1]]
+        root = np.linalg.cholesky(second)
+        ways = np.array([read(root @ (pair / np.linalg.norm(pair)) @ root.T) for pair in pairs])
+        return ways.T @ ways
+
+    ways = np.array([read(S), *(read(W @ S + S @ W.T) for W in axes)])
+    found = link_spreads(links[4:5])[0]
+    assert found[2] == pytest.approx(drawn(S) + ways.T @ ways, abs=1e-15)
+    assert found[5] == pytest.approx(drawn(sum(W @ S @ W.T for W in axes)), abs=1e-15)
 
 
 def test_a_share_for_all_kinds_and_factors_of_links(links):

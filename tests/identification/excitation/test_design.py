@@ -1,6 +1,8 @@
 """Designed motions: executable, better than random ones, what stands against them; as files."""
 
 import dataclasses
+import json
+import re
 
 import numpy as np
 import pytest
@@ -8,8 +10,16 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.column_files import NOTES
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
+from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.identification.excitation import design, motion_design
-from lwr_dyn.identification.excitation.design import NoMotionError, design_excitation, ended_words, rows_of
+from lwr_dyn.identification.excitation.design import (
+    NoMotionError,
+    design_excitation,
+    ended_words,
+    rows_of,
+    sigma_table,
+    use_table,
+)
 from lwr_dyn.identification.excitation.motion_file import run_of_excitation, write_excitation
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits, clearance_of
 from lwr_dyn.identification.excitation.objectives import fourier_basis, motion_score
@@ -44,8 +54,7 @@ def _best_random(arm, columns, count):
     return min(s.d for s in scores), min(s.condition for s in scores)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("fixture", ["designed", "slender"])
+@pytest.mark.parametrize("fixture", ["designed", pytest.param("slender", marks=pytest.mark.slow)])
 def test_it_is_executable_at_1_khz(fixture, request, lwr):
     found = request.getfixturevalue(fixture)
     m, limits = found.sampled(1000.0), MotionLimits.of(lwr)
@@ -66,6 +75,48 @@ def test_it_is_executable_at_1_khz(fixture, request, lwr):
     assert nearest.min() >= 0.05
     assert found.clear == pytest.approx(nearest.min(), abs=1e-9)
     assert found.nearest == distances.names[nearest.min(axis=0).argmin()]
+
+
+OF_A_KIND = {"masses": "m_", "first moments": r"m[xyz]_", "tensors": "I", "armature": "armature", "coulomb": "coulomb",
+             "viscous": "viscous", "offset": "offset"}  # fmt: skip
+
+
+def test_its_document_says_what_it_shows_uses_and_knows(designed, lwr):
+    score, document, q = designed.score, designed.document, np.degrees(designed.sampled().q)
+    own = designed.columns.base().of(designed.columns.own(lwr))
+    assert document.text().splitlines()[:5] == [
+        "lwr4plus, reading physical: 10 s at rest at both ends, 5 harmonics, objective d, best of 1 start in "
+        f"{designed.seconds:.1f} s",
+        f"-log det of the information per parameter: {score.d:.3f} (69 base parameters)",
+        f"geometric mean of their sigmas: {score.mean_sigma:.3g} (SI)",
+        f"condition number of the scaled columns: {score.condition:.2f}",
+        f"checked at 1 kHz: at least {designed.clear:.3f} m between {designed.nearest}",
+    ]
+    uses = [[f"{x:.0f} %" for x in 100 * getattr(designed, f"{of}_use")] for of in ("position", "speed", "torque")]
+    ranges = [f"{low:.4g} to {high:.4g} deg" for low, high in zip(q.min(axis=0), q.max(axis=0), strict=True)]
+    assert use_table(designed).cells == tuple(zip(lwr.joint_names, ranges, *uses, strict=True))
+    assert score.mean_sigma == pytest.approx(np.exp(np.log(score.sigma).mean()))
+    rows = []
+    for kind, begins in OF_A_KIND.items():
+        at = [i for i, name in enumerate(score.names) if re.match(begins, name)]
+        if at:
+            sigma, worst = score.sigma[at], max(at, key=lambda i: score.sigma[i])
+            rows.append((kind, len(at), np.median(sigma), sigma.max(), score.names[worst], np.abs(own[at]).max()))
+    assert sigma_table(designed).rows == tuple(rows)
+    assert sigma_table(designed).title == "Sigma from torque noise of 0.1 N m, 100 rows a second"
+    record, motion, start = document.record(), designed.motion, designed.starts[0]
+    rows = zip(score.names, designed.columns.base().statements(), own, score.sigma, strict=True)
+    assert [tuple(row.values()) for row in record.pop("parameters")] == [*rows]
+    assert json.loads(json_text(record)) == {
+        "robot": "lwr4plus", "reading": "physical", "duration": 10.0, "harmonics": 5, "objective": "d",
+        "noise": [0.1] * 7, "seconds": designed.seconds, "ended": "searched", "may_be_run": True, "caveats": [],
+        "faults": [], "d": score.d, "mean_sigma": score.mean_sigma, "condition": score.condition, "check_rate": 1000.0,
+        "clearance": designed.clear, "nearest": designed.nearest,
+        "series": {key: getattr(motion, key).tolist() for key in ("centre", "sines", "cosines")},
+        "joints": [dict(zip(("joint", "position", "speed", "torque"), row, strict=True)) for row in zip(
+            lwr.joint_names, designed.position_use, designed.speed_use, designed.torque_use, strict=True)],
+        "starts": [{"value": start.value, "clearance": start.clear, "seconds": start.seconds}],
+    }  # fmt: skip
 
 
 @pytest.mark.slow

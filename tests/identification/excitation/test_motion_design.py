@@ -1,5 +1,7 @@
 """The search: its buffers, its clock, what it hands over where it must end, and what is wrong with a motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,10 +14,11 @@ from lwr_dyn.identification.excitation.watch import FOR_STARTS, SearchWatch
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
 
-def design_of(arm, watch=None, kept=0.05, torque_share=0.8):
+def design_of(arm, watch=None, kept=0.05, torque_share=0.8, duration=5.0, harmonics=2):
     limits = MotionLimits.of(arm, torque_share=torque_share)
     columns, clearance = TorqueColumns(arm.chain), clearance_of(arm, kept)
-    return MotionDesign(arm, 5.0, 2, "d", np.full(arm.n, 0.1), columns, limits, clearance, watch or SearchWatch())
+    noise, watch = np.full(arm.n, 0.1), watch or SearchWatch()
+    return MotionDesign(arm, duration, harmonics, "d", noise, columns, limits, clearance, watch)
 
 
 @pytest.mark.slow
@@ -90,6 +93,59 @@ def test_faults_name_the_pair_the_moment_and_the_joint(lwr):
 def test_the_best_motion_may_be_run_or_is_the_nearest_to_it(motions, best):
     found = [SearchedMotion(np.zeros((1, 1)), *one) for one in motions]
     assert best_motion(found) is found[best]
+
+
+@pytest.mark.parametrize(
+    ("duration", "harmonics", "instants"), [(5.0, 2, 5000), (0.05, 5, 100), (0.05, 2, 50), (250.0, 2, 200_000)]
+)
+def test_a_check_has_a_thousand_instants_a_second_twenty_a_harmonic_and_no_more_than_it_can(
+    lwr, duration, harmonics, instants
+):
+    design = design_of(lwr, duration=duration, harmonics=harmonics)
+    assert (len(design.check.position), design.check_rate) == (instants, pytest.approx(instants / duration))
+
+
+def searched(value, clear, torque=0.5):
+    return SearchedMotion(np.zeros((1, 1)), value, clear, torque)
+
+
+def test_starts_are_refined_from_the_best_on_until_two_are_good(lwr, monkeypatch):
+    said, asked = [], []
+
+    def refined(_, one):
+        asked.append(one.value)
+        return replace(one, value=one.value - 0.1)
+
+    monkeypatch.setattr(MotionDesign, "refined", refined)
+    found = [searched(*one) for one in ((3.0, 0.1), (1.0, -0.1), (2.0, 0.1), (0.0, -0.11), (4.0, 0.1))]
+    best = design_of(lwr, SearchWatch(report=said.append, steps=4)).best_of(found)
+    assert (asked, best.value) == ([1.0, 2.0, 3.0], 1.9)  # 0.11 m too near is hopeless
+    steps = [text for text in said if isinstance(text, str)]
+    assert steps == ["best starts, 1 of 2", "best starts, 1 of 2", "best starts, 2 of 2"]
+    assert [share for share in said if not isinstance(share, str)] == [0.25, 0.5, 0.75, 1.0]
+    ended = SearchWatch(stop=lambda: True)
+    assert design_of(lwr, ended).best_of(found[1:3]) is found[2]
+
+
+@pytest.mark.parametrize(
+    ("start", "came_to", "asked", "best"),
+    [
+        (0.5, [(-0.03, 1.2), (0.01, 1.1), (0.02, 0.9)],
+         [(0.02, np.inf), (0.055, 1 / 1.21), (0.06, 1 / 1.21 / 1.11)], 2),
+        (1.1, [(-0.01, 0.9), (-0.02, 0.9), (-0.005, 0.9), (-0.03, 0.9)],
+         [(0.02, 1.0), (0.035, 1.0), (0.06, 1.0), (0.07, 1.0)], 2),
+        (0.5, [(-0.11, 0.9)], [(0.02, np.inf)], 0),
+    ],
+)  # fmt: skip
+def test_what_a_check_finds_missing_is_asked_for_in_the_next_search(lwr, monkeypatch, start, came_to, asked, best):
+    spaces, results = [], [searched(float(k), *one) for k, one in enumerate(came_to)]
+    left = iter(results)
+    monkeypatch.setattr(MotionDesign, "_space", lambda _, size, *given: spaces.append((size, *given)))
+    monkeypatch.setattr(MotionDesign, "_solved", lambda _, space, X, size: X)
+    monkeypatch.setattr(MotionDesign, "_judged", lambda _, X: next(left))
+    assert design_of(lwr).refined(searched(9.0, 0.1, start)) is results[best]
+    assert [size for size, *_ in spaces] == [FINE] * len(asked)
+    np.testing.assert_allclose([given for _, *given in spaces], asked)
 
 
 class Clock:

@@ -12,6 +12,7 @@ from lwr_dyn.identification.excitation import motion_limits
 from lwr_dyn.identification.excitation.objectives import fourier_basis
 from lwr_dyn.kinematics.forward import joint_axes
 from lwr_dyn.model.friction import friction_torque
+from tests.codegen.rollouts.beside import first_joints
 
 
 def _sampled_distance(a, b, c, d):
@@ -94,17 +95,18 @@ def test_an_arm_on_the_ceiling_keeps_clear_of_the_floor_below_it():
     assert distances["the flange and the ceiling"] == pytest.approx(0.868 + 0.3105 - radius - 0.05)
 
 
-@pytest.mark.slow
-def test_torques_are_those_of_the_arm_and_their_room_has_the_gradient_of_its_differences(wam, motion):
-    basis, X = motion
-    use = motion_limits.TorqueUse.of(wam, np.where(np.arange(7) == 2, np.inf, 0.5 * wam.effort))
+def test_torques_are_those_of_the_arm_and_their_room_has_the_gradient_of_its_differences():
+    """Of an arm with two joints and friction, whose first torque has no limit."""
+    arm, basis = first_joints(2), fourier_basis(8.0, 5, 60)
+    X = 0.3 * np.random.default_rng(5).normal(size=(basis.count, 2))
+    use = motion_limits.TorqueUse.of(arm, np.array([np.inf, 40.0]))
     states = [part @ X for part in (basis.position, basis.speed, basis.acceleration)]
-    tau = lwr_dyn.dynamics_of(wam).inverse_dynamics(*states) + friction_torque(wam.friction_models(), states[1])
+    tau = lwr_dyn.dynamics_of(arm).inverse_dynamics(*states) + friction_torque(arm.friction_models(), states[1])
     assert np.abs(use.torque(*states) - tau).max() < 1e-9
-    assert use.share(*states)[2] == 0.0
+    assert use.share(*states) == pytest.approx(np.abs(tau).max(axis=0) / [np.inf, 40.0])
     gradient, h = use.room_gradient(basis, X), 1e-6
-    assert gradient.shape == (2 * 60 * 6, X.size)
-    for i in np.random.default_rng(1).permutation(X.size)[:10]:
+    assert gradient.shape == (2 * 60 * 1, X.size)
+    for i in range(X.size):
         e = h * np.eye(X.size)[i].reshape(X.shape)
         difference = (use.room(basis, X + e) - use.room(basis, X - e)).ravel() / (2 * h)
         assert np.abs(difference - gradient[:, i]).max() < 2e-5 * np.abs(gradient).max()

@@ -1,16 +1,28 @@
 """Cruises are found where a joint moves at constant speed, and their friction is what generated the data."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.foundation.tables import json_text
-from lwr_dyn.identification.friction.friction_map import CruiseRule, ModelTorque, find_cruises, position_noise
-from lwr_dyn.identification.friction.identify_friction import FitOptions, friction_document, identify_friction
+from lwr_dyn.identification.friction.friction_map import (
+    CruiseRule,
+    ModelTorque,
+    find_cruises,
+    map_points,
+    position_noise,
+)
+from lwr_dyn.identification.friction.identify_friction import (
+    FitOptions,
+    friction_document,
+    friction_map_figure,
+    identify_friction,
+)
+from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.trajectory.motion_profile import lspb
@@ -44,6 +56,44 @@ def test_a_staircase_of_speeds_gives_one_cruise_a_step():
     speed = np.select([T < 3, T < 6], [0.1, 0.2], -0.15)
     found = long_ones(np.cumsum(speed) / 100)
     assert [round(float(speed[c.first]), 2) for c in found] == [0.1, 0.2, -0.15]
+
+
+def test_a_point_of_the_map_is_the_means_over_its_rows():
+    """Rows 68 to 234 of a log, from 1: the speed is 0.2 from row 51 to 251, less a window at either end."""
+    t, rng = np.arange(300) / 100, np.random.default_rng(0)
+    log = JointLog("x", (3,), t, 0.2 * np.clip(t, 0.5, 2.5)[:, None], rng.normal(2.0, 0.1, (300, 1)))
+    rows = slice(67, 234)
+    torque = log.tau[rows, 0]
+    (point,) = map_points(log)
+    means = {"velocity": 0.2, "torque": np.trapezoid(torque, t[rows]) / 1.66, "spread": np.std(torque, ddof=1)}
+    assert {key: getattr(point, key) for key in means} == pytest.approx(means)
+    assert [point.joint, point.samples, point.inertia, point.source, point.first, point.last] == [
+        3, 167, None, "x", 68, 234,
+    ]  # fmt: skip
+    read = replace(log, dq=rng.normal(0.2, 0.01, (300, 1)))
+    assert map_points(read)[0].velocity == pytest.approx(np.trapezoid(read.dq[rows, 0], t[rows]) / 1.66)
+    assert map_points(log, rule=CruiseRule(shortest=1.66)) == (point,)
+    with pytest.raises(LogError, match=r"rows 68 to 234, column q3: the longest cruise takes 1\.66 s; needed: 1\.67 s"):
+        map_points(log, rule=CruiseRule(shortest=1.67))
+
+
+def test_the_figure_shows_the_points_and_the_fits_dashed_beyond_them():
+    both = JointFriction(Direction(3.0, 0.5), Direction(2.0, 0.4))
+    speeds = (0.1, 0.3, -0.2, -0.4)
+    found = identify_friction([ideal_cruise([both], [v]) for v in speeds])
+    figure = friction_map_figure(found)
+    (panel,) = figure.panels
+    assert (panel.title, panel.y_label, panel.y_unit, figure.columns) == ("joint 1", "friction", "N m", 2)
+    points, *lines = panel.curves
+    np.testing.assert_allclose((points.x, points.y), (speeds, [3.05, 3.15, -2.08, -2.16]))
+    fit, beyond = "fit, viscous+coulomb", "fit, beyond the data"
+    ends = [(c.label, c.dashed, c.x[0], c.x[-1], c.y[0], c.y[-1]) for c in lines]
+    assert [x[:2] for x in ends] == [(fit, False), (beyond, True)] * 2
+    np.testing.assert_allclose([x[2:] for x in ends], [
+        (0.1, 0.3, 3.05, 3.15), (0.0, 0.1, 3.0, 3.05), (-0.2, -0.4, -2.08, -2.16), (0.0, -0.2, -2.0, -2.08),
+    ], atol=1e-12)  # fmt: skip
+    with pytest.raises(OptionError, match="friction map: without a point; allowed: at least one cruise"):
+        friction_map_figure(replace(found, points=()))
 
 
 STILL = {

@@ -1,5 +1,6 @@
 """Wrong signs, order and units of columns are named, saturated torques cut out, still and silent joints named."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.identification.log_faults import found_faults
-from lwr_dyn.identification.log_faults.column_trials import column_changes
+from lwr_dyn.identification.log_faults.column_trials import column_changes, column_faults, trial_samples
 from lwr_dyn.identification.log_faults.found_faults import log_faults
 from lwr_dyn.identification.logs.joint_log import JointLog, write_log
 from lwr_dyn.identification.regression.information import information_of
@@ -96,12 +97,58 @@ def test_friction_of_the_wrong_sign_betrays_a_torque_without_inertia(plant, moti
     assert "q7" in fault.found or "tau7" in fault.found
 
 
-def test_changes_undo_themselves_and_are_all_different():
-    changes = list(column_changes(4))
+SINGLE_CHANGES = {
+    "q2 with the opposite sign": ("sign", (2,), "q", [1, -2, 3, 4], None),
+    "tau4 with the opposite sign": ("sign", (4,), "tau", None, [1, 2, 3, -4]),
+    "q1 and tau1 with the opposite sign": ("sign", (1,), "both", [-1, 2, 3, 4], [-1, 2, 3, 4]),
+    "all torques with the opposite sign": ("sign", (), "tau", None, [-1, -2, -3, -4]),
+    "q1 exchanged with q3": ("order", (1, 3), "q", [3, 2, 1, 4], None),
+    "all positions in reverse order": ("order", (), "q", [4, 3, 2, 1], None),
+    "all torques one joint further up": ("order", (), "tau", None, [4, 1, 2, 3]),
+    "all positions and torques one joint further down": ("order", (), "both", [2, 3, 4, 1], [2, 3, 4, 1]),
+    "q4 0.01745 times as large (in deg, read as rad)": ("unit", (4,), "q", [1, 2, 3, 4 * np.pi / 180], None),
+    "all positions 57.3 times as large (in rad, read as deg)":
+        ("unit", (), "q", np.degrees([1, 2, 3, 4]).tolist(), None),
+}  # fmt: skip
+"""Some of the single changes: kind, joints, side, and what becomes of positions and torques 1, 2, 3, 4."""
+
+
+def test_changes_are_all_different_and_do_what_they_say():
+    changes, row = list(column_changes(4)), np.arange(1.0, 5.0)
     assert len({(c.Q.tobytes(), c.T.tobytes()) for c in changes}) == len(changes) == len({c.text for c in changes})
-    for change in changes:
-        assert np.linalg.det(change.Q) * np.linalg.det(change.T) != 0.0
-        assert change.side != "both" or (change.Q == change.T).all()
+    assert (len(changes), len(list(column_changes(3)))) == (3 * (5 + 9) + 10, 3 * (4 + 3) + 8)
+    by_text = {c.text: (c.kind, c.joints, c.side, row @ c.Q, row @ c.T) for c in changes}
+    for text, (*what, q, tau) in SINGLE_CHANGES.items():
+        *found, found_q, found_tau = by_text[text]
+        assert found == what
+        np.testing.assert_allclose((found_q, found_tau), (row if q is None else q, row if tau is None else tau))
+
+
+@pytest.fixture(scope="module")
+def few(log):
+    """50 instants of a log."""
+    return trial_samples([log]).select(slice(0, 400, 8))
+
+
+def test_of_fifty_instants_a_wrong_sign_is_told_with_what_is_left_and_the_right_ones_are_not(few, lwr):
+    (fault,) = column_faults(replace(few, tau=few.tau * [1, -1, 1, 1, 1, 1, 1]), lwr)
+    assert (fault.kind, fault.joints, fault.severe) == ("sign", (2,), True)
+    before, after = map(float, re.fullmatch(
+        r"simulated: the arm explains the log with tau2 with the opposite sign: the residual of joint 2 falls from "
+        r"(\S+) to (\S+); needed: columns as the arm's axes have them", str(fault),
+    ).groups())  # fmt: skip
+    assert before > 40.0 > 0.2 > after
+
+
+def test_instants_are_taken_evenly_where_enough_torques_are_known(near):
+    """From 50 of them on, and where half of the log has all; fewer are taken where no torque is cut out."""
+    t = trial_samples([near]).t
+    assert (len(t), np.diff(t).max() < 2.1 * np.diff(t).min()) == (400, True)  # of 760
+    for rows, known, count in ((300, 300, 20), (500, 350, 50), (500, 345, None), (4001, 2101, 400), (4001, 1901, None)):
+        tau = near.tau[:rows].copy()
+        tau[known:, 3] = np.nan
+        taken = trial_samples([replace(near, t=near.t[:rows], q=near.q[:rows], tau=tau)])
+        assert (None if taken is None else len(taken)) == count
 
 
 @pytest.mark.parametrize("seed", [100, 101])

@@ -65,7 +65,18 @@ def test_what_fixes_the_scale_is_said(found, lwr, record):
     assert f"total mass: {mass:.4g} +- {error:.2g} kg" in text
     assert 0.015 < found.gains.common < found.gains.without_table < 0.04
     record_of = motion_document(found).record()
-    assert [row["joint"] for row in record_of["gains"]["joints"]] == list(range(1, 8))
+    gains, said_of = found.gains, record_of["gains"]
+    rows = zip(range(1, 8), gains.values, gains.sigma, strict=True)
+    assert [tuple(row.values()) for row in said_of.pop("joints")] == [*rows]
+    assert said_of == {
+        "common_error": gains.common, "total_mass": mass, "total_mass_error": error, "moving": gains.moving,
+        "fixed_by": said_of["fixed_by"],
+    }  # fmt: skip
+    factor = f"that gains are right to 10 % each (alone: the factor to {100 * gains.without_table:.2g} %)"
+    assert said_of["fixed_by"] in text
+    assert said_of["fixed_by"].endswith(
+        f"{factor}, and the masses of the table; a weight from scales would say it (--known)"
+    )
     assert motion_document(identify_motion([record(4.0)], lwr)).record()["gains"] is None
 
 

@@ -1,6 +1,7 @@
 """Parts of the motion fit by themselves: which motions are kept, whiteness, bands of speed, where numbers come from."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from scipy import stats
 from scipy.signal import lfilter
 
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.identification.motion.identifiable import MissingMotion, _swings, correlated_groups, missing, together
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.validation import (
     LAGS,
@@ -20,7 +22,10 @@ from lwr_dyn.identification.motion.validation import (
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.model.arm import JointLimits
+from tests.codegen.rollouts.beside import first_joints
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log, simulated_samples
+from tests.simulation.sample_runs import with_limits
 
 
 def samples(speeds, recording):
@@ -146,6 +151,53 @@ def test_bands_of_speed_are_thirds_of_the_largest_that_is_used():
     assert [(b.slowest, b.fastest, b.equations) for b in bands] == [(0.0, 1.0, 3), (1.0, 2.0, 1), (2.0, 3.0, 2)]
     assert [b.left for b in bands] == pytest.approx([1.0, 2.0, np.sqrt(12.5)])
     assert speed_bands(dq, np.full(7, np.nan)) == ()
+
+
+def test_parameters_that_are_near_each_other_in_a_chain_are_known_together():
+    """From a correlation of 0.9 on; one that is not determined is in no group."""
+    correlation = np.eye(8)
+    for i, j, r in ((0, 1, 0.95), (1, 2, 0.901), (3, 4, -0.99), (5, 6, 0.899), (6, 7, 0.97)):
+        correlation[i, j] = correlation[j, i] = r
+    sigma, determined = np.array([1.0, 2.0, 0.1, 3.0, 1e-3, 1.0, 1.0, np.inf]), np.arange(8) != 6
+    covariance = (
+        np.where(np.isfinite(sigma), sigma, 1.0) * correlation * np.where(np.isfinite(sigma), sigma, 1.0)[:, None]
+    )
+    groups = correlated_groups(SimpleNamespace(covariance=covariance, sigma=sigma, determined=determined))
+    assert [(group.members, round(group.largest, 6)) for group in groups] == [((3, 4), -0.99), ((0, 1, 2), 0.95)]
+    assert together(groups, [f"p{i}" for i in range(8)]).cells == (("-0.990", "p3, p4"), ("+0.950", "p0, p1, p2"))
+    assert correlated_groups(SimpleNamespace(covariance=covariance, sigma=sigma, determined=np.zeros(8, bool))) == ()
+
+
+def test_a_swing_is_named_with_its_gains():
+    swing = MissingMotion((5, 6), (0.5, 0.321), (0.4, 0.7), (0.123, -1.0), (2, 0), (np.inf, 0.2), (0.1, 0.0123))
+    (cells,) = missing([swing], ["m_1", "m_2", "m_3"]).cells
+    assert cells[:3] == (
+        "5 (0.5 at 0.4 Hz) and 6 (0.32 at 0.7 Hz)", "0.12, -1", "m_3 from unknown to 0.3; m_1 from 0.6 to 0.037",
+    )  # fmt: skip
+
+
+def test_swings_are_of_each_joint_and_pair_in_three_poses_as_far_as_limits_allow():
+    arm = with_limits(first_joints(3), lower=-0.8, upper=1.2, velocity=1.0)
+    arm = replace(arm, limits=(*arm.limits[:2], JointLimits(velocity=5.0)))
+    swings = list(_swings(arm))
+    joints = [(1,), (2,), (3,), (1, 2), (1, 3), (2, 3)]
+    assert [swing.joints for swing in swings] == [each for each in joints for _ in range(3)]
+    t = np.arange(0.0, 10.0, 0.1)
+    for swing in swings:
+        q = np.tile(swing.pose, (100, 1))
+        for k, (j, hertz) in enumerate(zip(swing.joints, (0.4, 0.7), strict=False)):
+            w = 2.0 * np.pi * hertz
+            size = min(0.5, 2.0 / 4.0 if j < 3 else np.pi / 2.0, 0.8 * (1.0 if j < 3 else 5.0) / w)
+            assert swing.amplitudes[k] == pytest.approx(size)
+            q[:, j - 1] += size * np.sin(w * t)
+            np.testing.assert_allclose(swing.dq[:, j - 1], size * w * np.cos(w * t), atol=1e-12)
+            np.testing.assert_allclose(swing.ddq[:, j - 1], -size * w**2 * np.sin(w * t), atol=1e-12)
+        np.testing.assert_allclose(swing.q, q)
+        still = [j for j in range(3) if j + 1 not in swing.joints]
+        assert [x[:, still].any() for x in (swing.dq, swing.ddq)] == [False, False]
+    poses = np.array([swing.pose for swing in swings[:3]])
+    wanted = np.random.default_rng(0).uniform([-0.8, -0.8, -np.pi], [1.2, 1.2, np.pi], (3, 3)) / 2.0 + [0.1, 0.1, 0.0]
+    np.testing.assert_allclose(poses, wanted)
 
 
 NOISE = 0.1

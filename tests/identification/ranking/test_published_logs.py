@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.arms.papers.catalog import robots
-from lwr_dyn.foundation.errors import LogError, OptionError, UnknownNameError
+from lwr_dyn.foundation.errors import LogError, OptionError, PaperError, UnknownNameError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.ranking import published_logs as module
 from lwr_dyn.identification.ranking.filtered_log import EDGE, FilterRule, filtered_log, trained_and_tested
@@ -22,6 +22,21 @@ def test_each_log_states_its_source_and_is_of_a_robot_here():
         assert log.robot in robots()
         assert {len(log.commit), *(len(one.sha256) for one in log.files)} == {40, 64}
         assert all((log.licence, log.load, log.gains))
+
+
+@pytest.mark.parametrize(
+    ("text", "own", "where"),
+    [
+        ("[[log]]", "mass = 1\n[[log]]", "mass"), ("[[log]]", "[[log]]\nmass = 1", r"log\[0\]\.mass"),
+        ("files = [{ path", "files = [{ mass = 1, path", r"log\[0\]\.files\[0\]\.mass"),
+    ],
+)  # fmt: skip
+def test_a_field_that_nothing_reads_is_refused(text, own, where, tmp_path, monkeypatch):
+    whole = (FOLDER.parent / "logs.toml").read_text("utf-8")
+    (tmp_path / "logs.toml").write_text(whole.replace(text, own, 1), "utf-8")
+    monkeypatch.setattr(module, "_FOLDER", tmp_path)
+    with pytest.raises(PaperError, match=f"logs.toml: {where}: unknown field"):
+        published_logs.__wrapped__()
 
 
 def test_only_logs_under_a_licence_that_allows_it_are_here():

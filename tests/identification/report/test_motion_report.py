@@ -68,6 +68,12 @@ def test_head_figures_are_those_of_the_fit(shown, result):
     noise = result.information.residual_noise
     loudest = f"noise, largest at joint_{noise.argmax() + 1}"
     assert figures[loudest] == f"{noise.max():.2g} N m"
+    assert shown.command == "lwr-dyn identify motion"
+    assert [one.title for one in shown.sections if one.page] == [
+        "The motion, and the links before and after", "Torque against prediction", "Friction", "Recordings",
+    ]  # fmt: skip
+    assert [one.page for one in shown.facts[-3:]] == [True] * 3
+    assert loudest not in shown.text()
 
 
 def test_what_is_drawn_is_that_of_the_fit_and_the_table(drawn, result, lwr):

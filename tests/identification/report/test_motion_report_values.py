@@ -70,13 +70,19 @@ def test_full_parameters_have_the_fitted_base_values_and_stay_near_the_table(col
     assert motion_report.link_parameters(columns, full).shape == (7, 10)
 
 
-def test_recordings_of_a_file_are_numbered_and_the_many_are_counted(columns, plant, samples):
+def test_recordings_of_a_file_are_numbered_and_the_many_and_long_ones_are_counted(columns, plant, samples, monkeypatch):
     few = samples.select(slice(0, 30))
     drawn = motion_report.drawn_fit(joined([few] * 3, ("a.csv", "b.csv", "a.csv")), columns, plant.parameters)
     assert [one.source for one in drawn.recordings] == ["a.csv (1)", "b.csv", "a.csv (2)"]
     many = motion_report.drawn_fit(joined([few] * 10, ["a.csv"] * 10), columns, plant.parameters)
     assert len(many.recordings) == motion_report.MOST_RECORDINGS
-    assert many.left_out == 10 - motion_report.MOST_RECORDINGS
+    assert (many.left_out, many.every) == (10 - motion_report.MOST_RECORDINGS, 1)
+    monkeypatch.setattr(motion_report, "MOST_ROWS", 14)
+    long = motion_report.drawn_fit(joined([few, samples.select(slice(0, 28))], "ab"), columns, plant.parameters)
+    assert long.every == 3
+    for one, step in zip(long.recordings, (3, 2), strict=True):
+        np.testing.assert_array_equal(one.q, samples.q[: len(one.q) * step : step])
+    assert [len(one.q) for one in long.recordings] == [10, 14]
 
 
 def test_torques_that_were_cut_out_are_not_drawn(columns, plant, samples):

@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.identification.slips.hypotheses import as_printed, log_evidence
 from lwr_dyn.identification.slips.printed_cells import MASS, Cell, link_discrepancies, printed_cells
-from lwr_dyn.identification.slips.repairs import exchanges, of_cells, of_columns, repeats
+from lwr_dyn.identification.slips.repairs import exchanges, of_cells, of_columns, possible, repeats
 from lwr_dyn.model.spatial import from_rpy
 from tests.identification.slip_study import single_faults
 
@@ -126,6 +127,8 @@ def test_cells_and_columns_are_slipped_by_signs_points_and_units(full):
         (cell,) = repair.cells
         factor = repair.table.values[cell] / full.values[cell]
         cells[repair.kind, round(factor, 9) if repair.kind != "gear ratio" else 0] += 1
+        shown = full.shown(cell, repair.table.value(cell))
+        assert repair.text == f"{cell.name} = {shown}, printed {full.shown(cell)}"
         if repair.kind == "gear ratio":
             assert np.abs(np.log(factor) / np.log(ratio[cell.link])).round(9) in (1.0, 2.0)
     powers = {10.0: "power of ten", 100.0: "two powers of ten", 1000.0: "unit"}
@@ -141,6 +144,36 @@ def test_cells_and_columns_are_slipped_by_signs_points_and_units(full):
             for cell in full.cells:
                 changed = repair.table.value(cell) / full.value(cell)
                 assert changed == pytest.approx(float(factor) if cell.column == column else 1.0)
+
+
+@pytest.mark.parametrize(("about_origin", "point"), [(True, "centre of mass"), (False, "link's origin")])
+def test_conventions_are_turned_of_all_links_and_of_each(full, about_origin, point):
+    table = replace(full, about_origin=np.full(7, about_origin))
+    found = {repair.text: repair for repair in of_columns(table)}
+    for i, whose in enumerate(["all links", *(f"link {i}" for i in range(1, 8))]):
+        links = np.arange(7) == i - 1 if i else np.ones(7, dtype=bool)
+        for text, kind, quantities, flag in (
+            (f"com of {whose} times -1", "sign", (1, 2, 3), None),
+            (f"products of inertia of {whose} of the other sign", "sign", (5, 6, 8), "integral"),
+            (f"tensor of {whose} about the {point}", "rows", range(4, 10), "about_origin"),
+        ):
+            repair, values = found[text], table.values.copy()
+            assert repair.kind == (kind if i or flag is None else "convention")
+            assert repair.cells == tuple(Cell(*at) for at in product(np.flatnonzero(links).tolist(), quantities))
+            for name in ("integral", "about_origin"):
+                assert (getattr(repair.table, name) != getattr(table, name)).tolist() == (
+                    links & (name == flag)
+                ).tolist()
+            values[links, 1:4] *= -1.0 if flag is None else 1.0
+            np.testing.assert_array_equal(repair.table.values, values)
+
+
+def test_a_mass_rotor_or_moment_that_becomes_negative_and_was_not_is_impossible(full):
+    for quantity in range(11):
+        below, none = (full.with_cell(Cell(2, quantity), value) for value in (-0.1, 0.0))
+        signed = quantity in (1, 2, 3, 5, 6, 8)  # a centre, a product
+        verdicts = [possible(*pair) for pair in ((below, full), (below, none), (none, full), (below, below))]
+        assert verdicts == [signed, signed, True, True]
 
 
 @pytest.mark.parametrize("reading", ["printed", "physical"])
