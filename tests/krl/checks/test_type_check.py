@@ -40,6 +40,7 @@ FAULTS = {
     "HALT | $UNHEARD_OF = #INITMVO": "3 no-constant?", "INT n | n = RSI_ON(#ASBOLUTE)": "3 no-constant?",
     "HALT | $MSG_T.VAILD = TRUE": "3 no-component?", "HALT | $IPO_MODE = #TPC": "3 no-constant?",
     "HALT | $MOTION_MODE = #DYNAIMC": "3 no-constant?", "HALT | $MOTION_MODE = #OTHER": "",
+    "HALT | $UNHEARD_OF = #CHARGE_OK": "",
 }  # fmt: skip
 
 
