@@ -129,18 +129,28 @@ def test_forward_and_inverse_undo_each_other_and_inverse_takes_the_solution_near
 
 def test_a_motion_of_an_inline_form_takes_its_values_from_its_data(arm):
     data = [
-        "DECL PDAT PP={VEL 100,ACC 50,APO_DIST 30,GEAR_JERK 40}", "DECL LDAT LL={VEL 2,ACC 50,APO_DIST 30}",
-        "DECL FDAT FF={TOOL_NO 3,BASE_NO 2,IPO_FRAME #BASE}", "DECL FRAME T,B", "DECL CP V,A", "DECL REAL J,C,G",
+        "DECL PDAT PP={VEL 100,ACC 50,APO_DIST 30,GEAR_JERK 40}", "DECL LDAT LL={VEL 2,ACC 50,APO_DIST 30,JERK_FAC 20,ORI_TYP #CONSTANT}",
+        "DECL FDAT FF={TOOL_NO 3,BASE_NO 2,IPO_FRAME #BASE}", "DECL FRAME T,B,X,Y", "DECL CP V,A", "DECL REAL J,C,G,H,I",
+        "DECL FDAT TT={TOOL_NO 2,BASE_NO 3,IPO_FRAME #TCP}", "DECL JERK_STRUC JJ", "DECL CONT K", "DECL LOAD L,U",
+        "DECL IPO_MODE M,N", "DECL ORI_TYPE O,Z",
     ]  # fmt: skip
     lines = [
         "TOOL_DATA[3] = {X 1,Y 2,Z 3,A 0,B 0,C 0}", "BASE_DATA[2] = {X 4,Y 5,Z 6,A 0,B 0,C 0}", "T = STOOL2(FF)",
         "B = SBASE(FF.BASE_NO)", "V = SVEL_CP(0.3, , LL)", "A = SACC_CP(LL)", "J = SVEL_JOINT(130)",
-        "C = SACC_JOINT(PP)", "G = SGEAR_JERK(PP)",
+        "C = SACC_JOINT(PP)", "G = SGEAR_JERK(PP)", "LOAD_DATA[2] = {M 7.0}", "JJ = SJERK(LL)", "K = SAPO(PP)",
+        "L = SLOAD(1)", "U = SLOAD(2)", "M = SIPO_MODE(TT)", "N = SIPO_MODE(FF)", "X = STOOL2(TT)", "Y = SBASE(FF)",
+        "O = SORI_TYP(LL)", "Z = SORI_TYP(PP)", "H = SACC_JOINT()", "I = SVEL_JOINT(0.5)",
     ]  # fmt: skip
     values, _ = values_of(arm, lines, data)
     assert (values["T"].parts["Z"], values["B"].parts["Z"]) == (3, 6)
     assert (values["V"].parts["CP"], values["A"].parts["CP"]) == (0.3, pytest.approx(2.3 / 2))
-    assert (values["J"], values["C"], values["G"]) == (100, 50, 40)
+    assert [values[x] for x in "JCGHI"] == [100, 50, 40, 100, 1]
+    assert values["A"].parts["ORI1"] == 500.0 / 2
+    assert (values["JJ"].parts["CP"], values["JJ"].parts["AX"].parts["A6"], values["JJ"].parts["ORI"]) == (20, 20, 20)
+    assert values["K"].parts == {"CDIS": 30, "CPTP": 30, "CORI": 30, "CVEL": 100}
+    assert [values[x].parts["M"] for x in "LU"] == [-1, 7]
+    assert [values[x].name for x in "MNOZ"] == ["TCP", "BASE", "CONSTANT", "VAR"]
+    assert (values["X"].parts["Z"], values["Y"].parts["Z"]) == (6, 6)  # a fixed tool stands in the table of bases
     # a real `$config.dat` declares tools: the controller's own table must not be asked then
     data = ["DECL FRAME TOOL_DATA[2]", "TOOL_DATA[2]={X 0,Y 0,Z 7,A 0,B 0,C 0}", "DECL FRAME T"]
     values, _ = values_of(arm, [HOME, "BAS(#TOOL, 2)", "T = $TOOL"], data)
