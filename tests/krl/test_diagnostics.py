@@ -17,7 +17,8 @@ SYNTAX = {
     "PTP {X 1, Y 2": (5, "open-bracket"),
     "x = (1 + 2": (5, "open-bracket"), 'name[] = "hello': (10, "open-string"), "x = 1 ? 2": (7, "bad-character"),
     "x = 'B102'": (5, "bad-literal"), "WAIT 2": (6, "syntax"), "LIN p q": (7, "syntax"), "\tx = 3 +": (9, "syntax"),
-    "off = 3": (1, "syntax"), "x = " + "1+" * 300 + "1": (206, "long-line"),
+    "off = 3": (1, "syntax"), "x = " + "1" * 41: (5, "number-range"), "x = " + "1" * 40: (5, "number-range"),
+    "x = " + "1+" * 300 + "1": (206, "long-line"),
     'x[] = "' + "a" * 9000 + '"': (8193, "long-line"), "x = " + "-" * 200 + "1": (105, "long-line"),
 }  # fmt: skip
 

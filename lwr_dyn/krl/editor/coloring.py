@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from lwr_dyn.krl.editor.referents import LineContext, line_context
-from lwr_dyn.krl.language.lexer import LineError, Token, tokens_of
+from lwr_dyn.krl.language.lexer import Token, tokens_of
 from lwr_dyn.krl.project.program import Program, Scope
 from lwr_dyn.krl.project.project import ModuleFile
 
@@ -25,10 +25,7 @@ def colored(
         line = file.file.lines[i]
         if line.statement is None or line.shown.lstrip().startswith("&"):
             continue
-        try:
-            tokens, _ = tokens_of(line.shown)
-        except LineError:
-            continue
+        tokens, _ = tokens_of(line.shown)
         context = line_context(program, file, i, scopes)
         for k, token in enumerate(tokens):
             if token.kind in ("NAME", "ENUMERATION"):

@@ -300,12 +300,6 @@ class Project:
                 out.append(Diagnostic(SourcePosition(str(module.path), 1), "warning", "module-twice", message, hint))
         return tuple(out)
 
-    def with_source(self, file: SourceFile, faults: Sequence[Diagnostic] = ()) -> Project:
-        """The project with another text of the file of that name, or with one more; the others are not read again."""
-        new = module_file(file, faults)
-        files = [*(x for x in self.files if x.file.name != file.name), new]
-        return replace(project_of(files, self.folder), known=self.known)
-
     def with_known(self, known: KnownNames) -> Project:
         """The project with other names that need no declaration: those of `known_names(files)`."""
         return replace(self, known=known)

@@ -258,7 +258,7 @@ def run_program(
     diagnostics, end = m.log.diagnostics, str(m.log.position)
     timeline, executed = m.motions.timeline, m.motions.executed
     # of one fault in one line, what the checks say stands in place of what the run says
-    checked = {_place(d): d for d in static}
+    checked = {_place(d): d for d in static if d.severity == "error"}
     _refuse_errors([checked.get(_place(d), d) for d in diagnostics])
     if not executed:
         _refuse_errors([replace(d, severity="error") for d in diagnostics if d.code == "endless"])

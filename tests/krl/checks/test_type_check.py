@@ -9,7 +9,11 @@ from tests.krl.short_programs import program_of, said
 COLOR, BOX = "ENUM COLOR RED,GREEN | DECL COLOR c | ", "STRUC BOX INT N[4] | DECL BOX b | "
 FAULTS = {
     "IF TRUE THEN": "2 missing-end", "ENDIF": "2 stray-end", "LOOP | IF TRUE THEN | ENDLOOP": "3 missing-end",
-    "ELSE": "2 stray-end", "EXIT": "2 stray-exit", "CASE 1": "2 stray-end", "GOTO nowhere": "2 undeclared",
+    "ELSE": "2 stray-end", "IF TRUE THEN | ELSE | ELSE | ENDIF": "4 stray-end",
+    "DECL FRAME f | f = {X 1, X 2}": "3 duplicate-name", "DECL FRAME f | f = {NIX: X 1}": "3 unknown-type",
+    "INT abcdefghijklmnopqrstuvwx": "", "INT abcdefghijklmnopqrstuvwxy": "2 long-name?",
+    "f() | END | DEFFCT INT f( ) | RETURN 1 | ENDFCT | DEF g( )": "2 unused-value?", "EXIT": "2 stray-exit",
+    "CASE 1": "2 stray-end", "GOTO nowhere": "2 undeclared",
     "HALT | DECL INT i": "3 late-declaration", "DECL INT i = 3": "2 initialiser-in-src", "DECL p": "2 missing-type",
     "DECL FRAMM p": "2 unknown-type", "INT i | INT i": "3 duplicate-name", "BOOL b | b = 3": "3 type",
     "INT i | i = #RED": "3 type", "DECL FRAME f | f = {X 1, Q 2}": "3 no-component",
@@ -40,6 +44,7 @@ FAULTS = {
     "HALT | $UNHEARD_OF = #INITMVO": "3 no-constant?", "INT n | n = RSI_ON(#ASBOLUTE)": "3 no-constant?",
     "HALT | $MSG_T.VAILD = TRUE": "3 no-component?", "HALT | $IPO_MODE = #TPC": "3 no-constant?",
     "HALT | $MOTION_MODE = #DYNAIMC": "3 no-constant?", "HALT | $MOTION_MODE = #OTHER": "",
+    "HALT | $UNHEARD_OF = #CHARGE_OK": "",
 }  # fmt: skip
 
 

@@ -42,7 +42,7 @@ def test_names_have_the_colours_of_what_they_mean(project):
 def test_what_a_program_cannot_write_is_marked_and_items_are_told_from_arguments(project):
     data = "KRC/R1/Program/main.dat"
     project.set_text(data, FILES[data].replace("ENDDAT", "DECL CONST INT top=3\nENDDAT"))
-    put(project, "i = top + {X f(i, 2), Y top, Z 1}", "x = 'B2 +", "WAIT FOR $IN[top] AND (helper == strlen(close_it))")
+    put(project, "i = top + {X f(i, 2), Y top, Z 1}", "LIN p q", "WAIT FOR $IN[top] AND (helper == strlen(close_it))")
     assert list(colors(project, MAIN, 18, 20).values()) == [
         "i variable, top variable!, X property, f function, i variable, Y property, top variable!, Z property",
         "$IN variable!*, top variable!, helper function, strlen function*, close_it function",
@@ -60,9 +60,8 @@ def test_inputs_and_outputs_have_their_names_beside_them(project):
     line = "WAIT FOR $IN[3] AND NOT $in[ 11 ] OR $IN[13]"
     named = [(15, "part_there"), (line.index("]", 20) + 1, "job bit 1"), (len(line), "job bit 3")]
     assert hints(project, line) == [(0, *x) for x in named]
-    assert hints(project, "$ANOUT[1] = 1.0", "; $IN[3]", "$OUT[3] = $IN[i] OR $IN[9] OR $IN[14] ; $IN[3]") == [
-        (0, 9, "glue")
-    ]
+    others = ("; $IN[3]", "&PARAM $IN[3]", "LIN p $IN[3]", "$OUT[3] = $IN[i] OR $IN[9] OR $IN[14] ; $IN[3]")
+    assert hints(project, "$ANOUT[1] = 1.0", *others) == [(0, 9, "glue")]
     project.set_text(CONFIG, FILES[CONFIG].replace("ENDDAT", "SIGNAL again_there $IN[3]\n" + SIGNALS))
     assert hints(project, "WAIT FOR $IN[3]") == [(0, 15, "again_there, part_there")]
     assert hints(project, "SIGNAL mine $OUT[7]", at=";FOLD INI") == []

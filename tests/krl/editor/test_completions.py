@@ -47,6 +47,7 @@ PLACES = {
     "nothing in a text": ('x[] = "gr', set()),
     "nothing in a line of the file system": ("&ACCESS R", set()),
     "no component of a number": ("i = 1.", set()),
+    "no component of a bracket": ("i = (1).", set()),
 }
 
 
@@ -87,9 +88,8 @@ def test_a_constant_of_a_parameter_comes_before_all_others(project):
 def test_the_constants_of_a_case_are_those_of_its_switch_also_while_it_has_no_end(project, end):
     put(project, "SWITCH grip.state", "CASE #SHUT")
     if end:
-        put(project, *end)
-        put(project, "HALT", at="ENDSWITCH")
-    assert texts(project, "CASE #", at=(end or ("GOTO again",))[0]) == STATES
+        put(project, "SWITCH i", "CASE 1", "ENDSWITCH", "HALT", *end)
+    assert texts(project, "CASE #", at="HALT" if end else "GOTO again") == STATES
 
 
 def test_a_name_of_another_robot_is_not_offered(project):

@@ -11,6 +11,9 @@ from tests.krl.short_programs import program_of, told
 
 def test_deep_nesting_is_told_once_and_ends():
     start = time.perf_counter()
+    nested = told(*["IF TRUE THEN"] * 201, "ELSE", "ELSE", *["ENDIF"] * 201)
+    assert nested == [(202, "error", "deep-nesting")]
+    assert told(*["IF TRUE THEN"] * 200, *["ENDIF"] * 200) == []
     found = told("LOOP", *["IF TRUE THEN"] * 5000, *["EXIT"] * 5000, *["ENDFOR"] * 5000)
     assert [code for _, _, code in found].count("deep-nesting") == 1
     assert time.perf_counter() - start < 10.0
@@ -52,6 +55,7 @@ def test_an_unreadable_line_still_opens_and_closes_its_block():
     ("text", "expected"),
     [
         ("DEF a( )\nHALT\nEND\nGLOBAL DEFFCT INT f(n :IM)\nRETURN 1\nENDFCT\nDEF b( )\nEND\n", [(4, "syntax")]),
+        ("DEF a( )\nEND\nDEF b( )\nEND\nDEF A( )\nEND\n", [(5, "duplicate-name")]),
         ("DEF a( )\nEND\nHALT\nHALT\nEND\nHALT\n", [(3, "outside-routine"), (5, "stray-end"), (6, "outside-routine")]),
     ],
 )

@@ -50,6 +50,22 @@ FORMS = {
     "PTP P1 C_DIS": s.Move("PTP", name("P1"), blends=("C_DIS",)),
     "SLIN P1 C_DIS": s.Move("SLIN", name("P1"), blends=("C_DIS",)),
     "DEFDAT points() PUBLIC": d.DefDat("points", True),
+    "TRIGGER WHEN PATH = 5 ONSTART DELAY = 20 DO go() PRIO = -1": s.Trigger(
+        "PATH", e.Integer(5), e.Integer(20), s.Invoke(e.FunctionCall("go")), e.Unary("-", e.Integer(1)), True),
+    "TRIGGER WHEN DISTANCE = 0 DELAY = n DO x = 1": s.Trigger(
+        "DISTANCE", e.Integer(0), name("n"), s.Assign(name("x"), e.Integer(1))),
+    "STOP WHEN PATH = 50 ONSTART IF b": s.ConditionalStop(e.Integer(50), name("b"), True),
+    "STOP WHEN PATH = 50 IF b": s.ConditionalStop(e.Integer(50), name("b")),
+    "CONST_VEL START = 10 ONSTART": s.ConstantSpeed("START", e.Integer(10), True),
+    "CONST_VEL END = 5": s.ConstantSpeed("END", e.Integer(5)),
+    "ANOUT ON x = y DELAY = 0.2 MINIMUM = 0.3": s.Analog("ANOUT", "ON", name("x"), name("y"), (
+        s.Assign(name("DELAY"), e.Real(0.2)), s.Assign(name("MINIMUM"), e.Real(0.3)))),
+    "ANIN OFF x": s.Analog("ANIN", "OFF", name("x")),
+    "CIRC p, q, CA 90 C_DIS": s.Move("CIRC", name("q"), name("p"), e.Integer(90), blends=("C_DIS",)),
+    "SLIN p WITH v = 1, a = 2 C_SPL": s.Move("SLIN", name("p"), blends=("C_SPL",), settings=(
+        s.Assign(name("v"), e.Integer(1)), s.Assign(name("a"), e.Integer(2)))),
+    "LIN_REL p #TOOL": s.Move("LIN_REL", name("p"), frame="TOOL"),
+    "FOR i = 1 TO n STEP 2": s.For(name("i"), e.Integer(1), name("n"), e.Integer(2)),
     "err = f(# STATE)": s.Assign(name("err"), e.FunctionCall("f", (e.EnumLiteral("STATE"),))),
 }  # fmt: skip
 

@@ -92,8 +92,7 @@ TURNS = [i * math.pi / 12 for i in range(24)]
 ROUND = [f"LIN_REL {{Y {2 * math.cos(x):.9f}, Z {2 * math.sin(x):.9f}}} C_DIS" for x in TURNS]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("square", "advance"), [(SQUARE, 3), (ROUND, 1)])
+@pytest.mark.parametrize(("square", "advance"), [(SQUARE, 3), pytest.param(ROUND, 1, marks=pytest.mark.slow)])
 def test_a_pass_by_each_law_is_what_one_more_repetition_takes(arm, square, advance):
     """A loop that never stops, against the same passes written one after another: four of them less three."""
     lines = [*SPEEDS, "$APO.CDIS = 20", f"$ADVANCE = {advance}"]

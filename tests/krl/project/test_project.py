@@ -39,7 +39,8 @@ def told(folder, name):
 B = {"b.src": "DEF b( )\nEND\nDEF inner( )\nEND\n", "b.dat": "DEFDAT b PUBLIC\nINT local\nENDDAT\n"}
 SEEN = {
     "what is global in a public data list": (
-        {"a.src": "DEF a( )\nseen = 1\nhidden = 2\nlocal = 3\nOWN = 4\nEND\n", "a.dat": "DEFDAT a\nINT own\nENDDAT\n",
+        {"a.src": "DEF a( )\nseen = 1\nhidden = 2\nlocal = 3\nOWN = 4\nEND\n",
+         "a.dat": "DEFDAT a\nINT own\nEXT far( )\nENDDAT\n",
          "b.dat": "DEFDAT b PUBLIC\nDECL GLOBAL INT seen\nINT local\nENDDAT\n",
          "c.dat": "DEFDAT c\nGLOBAL INT hidden\nENDDAT\n"},
         {"a.src": ["a.src:3 undeclared", "a.src:4 undeclared"], "c.dat": ["c.dat:1 hidden-global"]}),
@@ -138,6 +139,16 @@ def test_a_fault_after_a_function_of_another_module_stands_in_the_calling_line(f
     })  # fmt: skip
     with pytest.raises(ProgramError, match=r"^a\.src:4:1: A1 = 300 deg"):
         run_program(program(where, "a.src"), arm)
+
+
+def test_a_lent_routine_whose_blocks_are_faulty_is_run_as_far_as_they_go(folder, arm):
+    nested = "FOR I = 1 TO 1\n" * 200 + "FOR I = 2 TO 1\n" + "ENDFOR\n" * 201
+    where = folder({
+        "a.src": f"DEF a( )\n{HOME}b( )\nEND\n",
+        "b.src": f"DEF b( )\nINT I\nUNTIL FALSE\nELSE\nEXIT\n{nested}PTP_REL {{A1 10 * I}}\nEND\n",
+    })  # fmt: skip
+    run = run_program(load_program(where / "a.src", [where / "b.src"]), arm)
+    assert [round(float(x.q[0]) * 57.29577951) for x in run.executed] == [0, 10]
 
 
 COUNT, SEED = 120, 17

@@ -88,6 +88,10 @@ def test_an_interrupt_comes_at_its_edge_once_and_resume_goes_back_to_where_it_wa
     assert found == [("interrupt", 1.0, "interrupt 5: $IN[7]"), ("output", 1.0, "$OUT[9] = TRUE")]
     off = run_of(arm, *ON_INPUT, "INTERRUPT OFF 5", LIN, BACK, cell_text=ALARM)
     assert not [x for x in events(off) if x[0] == "interrupt"]
+    # what its routine does after a wait comes at the end of that
+    waits = (*ON_INPUT, LIN, "END", "DEF f( )", "WAIT SEC 0.5", "$OUT[9] = TRUE")
+    late = run_program(short_program(*SPEEDS, HOME, *waits), arm, cell=cell(ALARM))
+    assert events(late)[1:] == [found[0], ("output", round(2.5 + RAMP, 6), "$OUT[9] = TRUE")]
     main = ["INTERRUPT DECL 5 WHEN $FLAG[1] DO g( )", "INTERRUPT ON 5", "b( )", "N = N + 100", "END"]
     called = ["DEF b( )", "$FLAG[1] = TRUE", "N = N + 10", "END"]
     values, _ = values_of(arm, [*main, *called, "DEF g( )", "N = N + 1", "RESUME"], ["DECL INT N=0"])
@@ -212,20 +216,24 @@ def test_timers_count_the_time_of_the_model_and_signals_are_inputs_and_outputs(a
 
 
 def test_a_submit_program_answers_an_output(arm):
-    source = f"DEF a( )\n{HOME}\n$OUT[1] = TRUE\nWAIT FOR $FLAG[2]\nPTP {{A1 5}}\nEND\n"
-    submit = "DEF sps( )\nLOOP\nIF $OUT[1] THEN\n$FLAG[2] = TRUE\nENDIF\nENDLOOP\nEND\n"
-    program = program_of(parse_text(source, "a.src")[0], None, [parse_text(submit, "sps.sub")[0]])
-    last = run_program(program, arm, cell=cell('submits = ["sps.sub"]')).executed[-1]
-    assert (last.kind, last.begin < 0.05) == ("PTP", True)
+    """A pass in each interpolation cycle, through what it calls, up to a WAIT, after which the next pass goes on."""
+    source = parse_text(f"DEF a( )\n{HOME}\n$OUT[1] = TRUE\nWAIT FOR $FLAG[2]\nPTP {{A1 5}}\nEND\n", "a.src")[0]
+    answer = "IF $OUT[1] THEN\n$FLAG[2] = TRUE\nENDIF"
+
+    def program(lines):
+        text = f"DEF sps( )\nLOOP\nhelper( )\n{lines}\nENDLOOP\nEND\nDEF helper( )\nHALT\nEND\n"
+        return program_of(source, None, [parse_text(text, "sps.sub")[0]])
+
+    for lines, passes in ((answer, 1), (f"WAIT SEC 9\n{answer}", 2), ("WAIT FOR $OUT[1]\n$FLAG[2] = TRUE", 2)):
+        last = run_program(program(lines), arm, cell=cell('submits = ["sps.sub"]')).executed[-1]
+        assert (last.kind, last.begin) == ("PTP", pytest.approx(passes * 0.012))
     with pytest.raises(ProgramError, match="nothing here can change it"):
-        run_program(program, arm)
+        run_program(program(answer), arm)
     faults = {"PTP {A1 5}": "a submit program moves the robot", "WAIT FOR $IN[7]": "the input $IN[7] has no value"}
     for line, words in faults.items():
-        other, _ = parse_text(submit.replace("$FLAG[2] = TRUE", line), "sps.sub")
-        program = program_of(parse_text(source, "a.src")[0], None, [other])
         with pytest.raises(ProgramError) as fault:
-            run_program(program, arm, cell=cell('submits = ["sps.sub"]'))
-        assert str(fault.value).startswith(f"sps.sub:4:1: {words}; ")
+            run_program(program(answer.replace("$FLAG[2] = TRUE", line)), arm, cell=cell('submits = ["sps.sub"]'))
+        assert str(fault.value).startswith(f"sps.sub:5:1: {words}; ")
 
 
 def program(*lines):

@@ -5,7 +5,7 @@ import pytest
 
 from lwr_dyn.foundation.errors import OptionError, PaperError
 from lwr_dyn.krl.project.program import parse_program
-from lwr_dyn.krl.running.cell import new_cell_text, with_cell
+from lwr_dyn.krl.running.cell import cell_of, new_cell_text, with_cell
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
 from tests.krl.short_programs import HOME, cell, program_of, values_of
 
@@ -59,10 +59,15 @@ def test_what_a_cell_gives_and_what_is_assumed(arm, text, lines, expected, assum
 
 
 def test_the_checks_know_the_names_of_a_cell():
-    given = cell('variables.PART = 4\nvariables."P[2]" = "{X 1}"\nstubs.GRIP = {}\nstubs.READY = { returns = true }')
-    program = program_of("IF (PART > 3) AND READY() THEN", "GRIP(1)", "$OUT[1] = P[2].X > PART", "ENDIF")
+    given = cell('variables.PART = 4\nvariables."P[2]" = "{X 1}"\nvariables."Q[1,2]" = 0.5\nvariables.S = "a"\n'
+                 'stubs.GRIP = {}\nstubs.READY = { returns = true }')  # fmt: skip
+    lines = ("IF (PART > 3) AND READY() THEN", f"GRIP(1{', 2' * 39})", "$OUT[1] = P[2].X > PART", "ENDIF")
+    program = program_of(*lines)
     assert {d.code for d in check_program(program)} == {"undeclared", "unknown-call"}
     assert check_program(with_cell(program, given)) == ()
+    assert [d.code for d in check_program(with_cell(program_of(f"GRIP(1{', 2' * 40})"), given))] == ["arguments"]
+    types = {name: str(x.type) for name, x in program.names.variables.items()}
+    assert types == {"PART": "INT", "P": "?[]", "Q": "?[,]", "S": "?"}
     externals = program.names.externals
     assert {name: externals[name].returns for name in ("GRIP", "READY")} == {"GRIP": None, "READY": "BOOL"}
 
@@ -93,6 +98,8 @@ BAD = {
     'stubs."F(1)" = {}': "stubs.F(1)", "stubs.F = { out = { x = 3 } }": "stubs.F.out.x",
     "unmet_wait_s = -1": "unmet_wait_s", 'submits = ["a.src"]': "submits",
     '[[reply]]\nwhen = "$OUT["\nset = {}': "reply[0].when", '[[reply]]\nwhen = "A"': "reply[0].set",
+    "inputs.8193 = true": "inputs.8193", "unmet_wait_s = 1.1e6": "unmet_wait_s",
+    "bases.1 = [0, 0, 1.1e9, 0, 0, 0]": "bases.1", '[[reply]]\nafter_s = 1.1e6\nset = {}': "reply[0].after_s",
     'home_deg = "x"': "home_deg", "home_deg = [0, 0]": "home_deg", "called_at_deg = 3": "called_at_deg",
     "ignore_turn = 1": "ignore_turn", "variables.WHEN = 3": "variables.WHEN", 'states."$T1" = 3': "states.$T1",
     '[[reply]]\nset = { "$IN[1]" = 5 }': "reply[0].set.$IN[1]",
@@ -105,6 +112,15 @@ def test_a_bad_file_is_one_line_that_names_the_field(text, named):
         cell(text)
     assert f"{named}: " in str(fault.value)
     assert "\n" not in str(fault.value)
+
+
+def test_what_is_within_its_bounds_is_read_and_paths_are_relative_to_the_file():
+    table = {"robot": "arms/a.urdf", "submits": ["b.SUB"], "inputs": {"8192": True}, "unmet_wait_s": 1e6,
+             "tools": {"1": [1e9, 0, 0, 0, 0, 0]}}  # fmt: skip
+    found = cell_of(table, "there/cell.toml")
+    assert (found.robot, found.submits) == ("there/arms/a.urdf", ("there/b.SUB",))
+    assert (found.values["$IN[8192]"], found.values["TOOL_DATA[1]"].parts["X"], found.unmet_wait) == (True, 1e9, 1e6)
+    assert cell_of({"robot": "kr30ha"}, "there/cell.toml").robot == "kr30ha"
 
 
 def test_a_value_of_the_wrong_type_is_refused(arm):

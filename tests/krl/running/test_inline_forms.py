@@ -35,12 +35,31 @@ OF_PTP, OF_CP = {"V": 30.0, "A": 40.0, "P": 50.0, "D": 50.0}, {"S": 0.6, "R": 0.
         ("BAS(#ACC_CP, 0.7)", "50.0", {"R": 0.7}),
         ("BAS(#TOOL, 1)", "50.0", {"T": 1.0}),
         ("BAS(#BASE, 2)", "50.0", {"F": 2.0}),
+        ("BAS(#EX_BASE, 1)", "50.0", {}),
+        ("BAS(#INITMOV, 0)", "50.0", {**dict.fromkeys("VA", 100.0), **dict.fromkeys("PD", 0.0), "S": 2.0, "R": 2.3}),
     ],
 )
 def test_a_command_sets_its_part_only(arm, command, distance, changed):
     lines = ["BAS(#INITMOV, 0)", *(x.replace("%s", distance) for x in ACT), command]
     values, _ = values_of(arm, [*lines, *(f"{x} = {of}" for x, of in NAMES.items())], [f"DECL REAL {', '.join(NAMES)}"])
     assert {x: values[x] for x in NAMES} == pytest.approx(BEFORE | changed)
+
+
+@pytest.mark.parametrize(
+    ("data", "command", "changed"),
+    [
+        ("DECL PDAT PDAT_ACT={VEL 30.0}", "BAS(#PTP_DAT)", {"V": 30.0, "A": 100.0, "P": 0.0, "D": 0.0}),
+        ("DECL PDAT PDAT_ACT={ACC 40.0}", "BAS(#PTP_DAT)", {"V": 100.0, "A": 40.0, "P": 0.0, "D": 0.0}),
+        ("DECL LDAT LDAT_ACT={APO_DIST 7.0}", "BAS(#CP_DAT)", {"S": 2.0, "R": 2.3, "D": 7.0}),
+        ("DECL LDAT LDAT_ACT={VEL 0.6}", "BAS(#CP_DAT)", {"S": 0.6, "R": 2.3, "D": 0.0}),
+        ("DECL FDAT FDAT_ACT={IPO_FRAME #BASE}", "BAS(#FRAMES)", {"T": 0.0, "F": 0.0}),
+    ],
+)
+def test_what_the_data_of_a_motion_leave_out_is_full_speed_without_a_blend_or_a_frame(arm, data, command, changed):
+    lines = [*(x for x in ACT if "_ACT" not in x), "BAS(#TOOL, 1)", "BAS(#BASE, 2)", command]
+    names = f"DECL REAL {', '.join(NAMES)}"
+    values, _ = values_of(arm, [*lines, *(f"{x} = {of}" for x, of in NAMES.items())], [names, data])
+    assert {x: values[x] for x in NAMES} == pytest.approx(BEFORE | FRAMES | changed)
 
 
 def seconds(arm, *lines):
