@@ -43,7 +43,8 @@ HUNGRY = {
 def place(tmp_path):
     if hasattr(os, "mkfifo"):
         os.mkfifo(tmp_path / "pipe")
-    (tmp_path / "long.yaml").write_text("- a: 1\n" * 20000)
+    (tmp_path / "long.yaml").write_text("#" * (LARGEST_YAML + 1))
+    (tmp_path / "full.yaml").write_text("#" * LARGEST_YAML)
     (tmp_path / "bytes.yaml").write_text("b: !!binary YWJj\n")
     for i in range(20):
         (tmp_path / f"i{i}.xacro").write_text(HEAD + f"<xacro:include filename='i{i + 1}.xacro'/>" * 2 + "</robot>")
@@ -69,7 +70,7 @@ COSTS = {  # what counts it, how much it is, and why: letters by 10, nodes by 60
     "<xacro:arg name='x' default='yz'/><a b='$(arg x)'/>": ("eval_extension", 1000 + 10 * 2),
     "<xacro:include filename='f*.xacro'/>": ("glob", 1000),
     "<xacro:include filename='f.xacro'/>": ("_file", 20_000 + 5 * len(f"{HEAD}<a/></robot>")),
-    "<a b='${xacro.load_yaml(\"bytes.yaml\")}'/>": ("_file", 20_000 + 50 * len("b: !!binary YWJj\n")),
+    "<a b='${xacro.load_yaml(\"full.yaml\")}'/>": ("_file", 20_000 + 50 * LARGEST_YAML),
     f"<a b='{'$${x' * 128}'/>": ("eval_text", 4 * 128 * 2 * 128 // 1024 + 3 * 128),
     f"<xacro:macro name='m' params='{'a ' * 150}'/>": ("grab_macro", 300 * 300 // 1000),
     "<xacro:macro name='m'><a/>b<c><d/></c></xacro:macro><xacro:m/>": ("resolve_macro", 1000 + 60 * (1 + 4)),
