@@ -39,7 +39,7 @@ def short(value: float, digits: int = 3) -> str:
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
     power = power_of_ten(int(exponent))
-    return true_minus(power if mantissa == "1" else f"{mantissa}\u00b7{power}")
+    return true_minus(mantissa[:-1] + power if mantissa in ("1", "-1") else f"{mantissa}\u00b7{power}")
 
 
 def power_of_ten(exponent: int) -> str:

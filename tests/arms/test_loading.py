@@ -10,7 +10,7 @@ from lwr_dyn.arms.loading import _LARGEST, arm_of
 from lwr_dyn.arms.urdf.model_files import model_files
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.model.arm import caveats_of
+from lwr_dyn.model.arm import Source, caveats_of
 from lwr_dyn.model.caveats import ABSENT_ROTORS, DYNAMICS
 from lwr_dyn.model.chain import MOUNTS, ends_of
 from lwr_dyn.model.spatial import Pose, from_rpy
@@ -68,8 +68,17 @@ def test_they_are_added_to_the_diagonal_and_to_nothing_else(engine):
 def test_rotors_of_an_option_or_a_file_take_the_place_of_the_sources_own(tmp_path, lwr_dyn_command):
     own, arm = lwr_dyn.load("lwr4plus"), lwr_dyn.load("lwr4plus", rotor={1: 0.5})
     assert arm.armature.tolist() == [0.5, *own.armature[1:]]
-    assert [x.where for x in arm.sources["joint_1.armature"]] == ["option of loading"]
-    assert arm.sources["joint_2.armature"] == own.sources["joint_2.armature"]
+    given = Source("rotor", "option of loading", "given", {"joint_1": 0.5}, "SI", "to SI")
+    changed = dict.fromkeys(("joint_1.armature", "joint_1.rotor_inertia"), (given,))
+    assert arm.sources == {x: y for x, y in own.sources.items() if x != "joint_1.gear_ratio"} | changed
+    assert (own.loaded_with, arm.loaded_with, lwr_dyn.load("lwr4plus", rotor={}).sources) == (
+        {},
+        {"rotor": {"joint_1": 0.5}},
+        own.sources,
+    )
+    assert lwr_dyn.load("lwr4plus", rotor={1: _LARGEST}).armature[0] == _LARGEST
+    far = lwr_dyn.load("lwr4plus", mount={"xyz": [0, 0, -_LARGEST]})
+    assert far.installation.mount.position.tolist() == [0, 0, -_LARGEST]
     (tmp_path / "rotors.toml").write_text("A2 = 80.0\n4 = 0.25\n")
     arm = lwr_dyn.load("kr30ha", rotor=tmp_path / "rotors.toml")
     assert arm.armature.tolist() == [0, 80, 0, 0.25, 0, 0]

@@ -10,7 +10,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.dynamics.engines import ENGINES
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.dynamics.protocol import FUNCTIONS, Dynamics, Gated, mass_and_bias
+from lwr_dyn.dynamics.protocol import FUNCTIONS, Dynamics, Gated, mass_and_bias, mechanical_energy, singular_joint
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
 from lwr_dyn.foundation.registry import Registry, Row
 from tests.random_arms import random_arm
@@ -100,6 +100,22 @@ def test_a_wrong_number_of_joints_is_refused(engine, method, shape):
 def test_what_is_no_array_of_numbers_is_refused(engine, junk):
     with pytest.raises(ShapeError):
         engine.gravity_vector(junk)
+
+
+def test_a_mass_matrix_is_singular_from_a_rounding_a_joint_on():
+    """Of a batch the joint of the matrix that has no inverse; a diagonal of ones says nothing of sizes."""
+    whole = np.diag([1.0, 1e6])
+    for off, found in ((8e-16, None), (2e-16, 0)):
+        B = np.array([whole, [[1.0, 1e3 * (1.0 - off)], [1e3 * (1.0 - off), 1e6]]])
+        assert (singular_joint(B) is None) == (found is None)
+    for bad, joint in (([[1.0, 0.0], [0.0, 0.0]], 1), ([[-1.0, 0.0], [0.0, 1.0]], 0), ([[1.0, np.inf], [0.0, 1.0]], 0)):
+        assert singular_joint(np.array([whole, bad])) == joint
+
+
+def test_energy_is_kinetic_and_potential(engine):
+    q, dq = np.random.default_rng(0).uniform(-1, 1, (2, 4, 7))
+    kinetic = [dq[k] @ engine.mass_matrix(q[k]) @ dq[k] / 2 for k in range(4)]
+    np.testing.assert_allclose(mechanical_energy(engine, q, dq), kinetic + engine.potential_energy(q), rtol=1e-13)
 
 
 def test_results_are_the_callers_own(engine):

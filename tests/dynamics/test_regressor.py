@@ -86,6 +86,11 @@ def test_what_a_torque_depends_on_is_refused_with_the_joint(old, new, message):
         with pytest.raises(MissingDataError) as fault:
             lwr_dyn.dynamics_of(arm, engine)
         assert message in str(fault.value)
+        words = str(fault.value).partition(": up to ")[2].split(maxsplit=4)
+        assert words[1:4] == ["N", "m", "per"]
+        assert words[4] == {"m": "kg", "mz": "kg m", "Iyy": "kg m^2"}[message.split()[0]]
+        if message.startswith("Iyy"):  # a torque of 1 kg m^2 is the acceleration, of which some are drawn up to pi
+            assert 0.8 * np.pi < float(words[0]) <= np.pi
     assert lwr_dyn.forward_kinematics(arm, np.zeros(6)).shape == (4, 4)
 
 

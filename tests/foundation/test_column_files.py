@@ -4,8 +4,10 @@ import sys
 
 import numpy as np
 import pytest
+from pyarrow import parquet
 
-from lwr_dyn.foundation.column_files import SUFFIXES, read_columns, read_head, table_bytes
+from lwr_dyn.foundation import column_files
+from lwr_dyn.foundation.column_files import NOTES, SUFFIXES, read_columns, read_head, table_bytes
 from lwr_dyn.foundation.errors import FileAccessError, LogError, MissingPackageError
 
 NAMES = ("time", "q1", "q2")
@@ -69,7 +71,6 @@ def test_other_and_damaged_files_are_refused(tmp_path, name, content, error, wor
 def lists_file(folder, cells, kind):
     """A column t, and one of lists: `kind` (pyarrow) -> their type."""
     import pyarrow
-    from pyarrow import parquet
 
     table = {"t": pyarrow.array([0.0, 0.1, 0.2]), "state": pyarrow.array(cells, kind(pyarrow))}
     parquet.write_table(pyarrow.table(table), folder / "log.parquet")
@@ -111,4 +112,21 @@ def test_lists_of_texts_and_long_ones_stay_one_column(tmp_path):
     assert read_head(path).names == ("t", "state")
     with pytest.raises(LogError, match="column state: of type list"):
         read(path, [1])
-    assert read_head(lists_file(tmp_path, [[0] * 2000] * 3, KINDS["large"])).names == ("t", "state")
+    assert read_head(lists_file(tmp_path, [[0] * 1001] * 3, KINDS["large"])).names == ("t", "state")
+    assert len(read_head(lists_file(tmp_path, [[0] * 1000] * 3, KINDS["large"])).names) == 1001
+    assert read_head(lists_file(tmp_path, [[], [1], [2]], KINDS["large"])).names == ("t", "state")
+
+
+def test_heads_and_tables_are_read_up_to_their_bounds(tmp_path, monkeypatch):
+    path = tmp_path / "log.csv"
+    path.write_text("a," * 600_000 + "a\n")
+    assert len(read_head(path).names) == 500_001  # of a million letters
+    path = tmp_path / "log.parquet"
+    path.write_bytes(table_bytes(NAMES, COLUMNS, ".parquet", ["one", "two"]))
+    head = read_head(path)
+    monkeypatch.setattr(column_files, "LARGEST", 3 * 2 * 8)
+    assert read_columns(path, head, [0, 1]).shape == (3, 2)
+    with pytest.raises(LogError, match="rows: 3; needed: at most 48 bytes of numbers"):
+        read_columns(path, head, [0, 1, 2])
+    assert parquet.read_schema(path).metadata[NOTES.encode()] == b"one\ntwo"
+    assert table_bytes(["a"], [np.array([0.5])], ".csv", ["one", "two"]) == b"# one\n# two\na\n0.5\n"

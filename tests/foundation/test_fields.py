@@ -18,6 +18,11 @@ READS = {
     "default of a choice": (lambda f: f.choice("other", ("a", "b"), "none"), "none"),
     "truth": (lambda f: f.truth("closed"), True),
     "number": (lambda f: f.number("mass", above=0.0), 2.0),
+    "numbers at their bounds": (
+        lambda f: [f.number("mass", least=2, most=2), f.number_at("x", -LARGEST)],
+        [2, -LARGEST],
+    ),
+    "a row at its bound": (lambda f: f.row("com", 3, most=3.5), (1.0, 2.0, 3.5)),
     "default of a number": (lambda f: f.number("other", None, least=5), None),
     "row": (lambda f: f.row("com", 3), (1.0, 2.0, 3.5)),
     "default of a row": (lambda f: f.row("other", 3, default=None), None),
@@ -98,3 +103,4 @@ def test_broken_toml_is_refused(text):
     with pytest.raises(PaperError, match=r"a.toml: TOML: .*; allowed: valid TOML 1.0, with integers of 64 bits"):
         parse_toml(text, "a.toml")
     assert parse_toml("x = 1.5", "a.toml", parse_float=str) == {"x": "1.5"}
+    assert parse_toml(f"x = [{2**63 - 1}, {-(2**63)}]", "a.toml") == {"x": [2**63 - 1, -(2**63)]}

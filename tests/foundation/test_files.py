@@ -27,6 +27,21 @@ def test_what_cannot_be_read_names_the_path_and_what_is_needed(tmp_path):
         files.read_bytes(tmp_path / "latin.txt", "a text", largest=0)
 
 
+def test_a_file_keeps_its_rights_and_a_link_stays_one_unless_it_is_in_a_folder_of_ours(tmp_path):
+    path, link, mask = tmp_path / "x", tmp_path / "link", os.umask(0o027)
+    try:
+        files.write_file(path, "new")
+    finally:
+        os.umask(mask)
+    assert path.stat().st_mode & 0o777 == 0o640
+    path.chmod(0o604)
+    link.symlink_to(path)
+    files.write_file(link, "through it")
+    assert (link.is_symlink(), path.read_text(), path.stat().st_mode & 0o777) == (True, "through it", 0o604)
+    files.write_in_place(link, "in its place")
+    assert (link.is_symlink(), path.read_text(), link.read_text()) == (False, "through it", "in its place")
+
+
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
     files.write_file(tmp_path / "x", "old")
     monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left on device")))
@@ -60,7 +75,9 @@ def test_what_a_killed_process_left_is_deleted_by_a_later_write(tmp_path):
     for path in (old, young, other):
         path.write_text("half")
         if path != young:
-            os.utime(path, (time.time() - 2 * files.LEFT_OVER,) * 2)
+            os.utime(path, (time.time() - 3660.0,) * 2)
+        else:
+            os.utime(path, (time.time() - 3540.0,) * 2)
     files.write_file(tmp_path / "x[1]", "whole")
     assert sorted(path.name for path in tmp_path.iterdir()) == [".x[1].bak", ".x[1].ijklmnop.part", "x[1]"]
 

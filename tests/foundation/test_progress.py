@@ -93,7 +93,9 @@ def test_a_notebook_has_a_bar_and_without_tqdm_nothing(monkeypatch):
     auto = SimpleNamespace(tqdm=lambda **options: bars.append(Bar(**options)) or bars[-1])
     assert [in_a_notebook(monkeypatch, each) for each in (auto, None)] == ["", ""]
     (bar,) = bars
-    assert (bar.n, bar.said, bar.closed, bar.options["desc"]) == (50.0, ["adding: thirds"], True, "adding")
+    assert (bar.n, bar.said, bar.closed) == (50.0, ["adding: thirds"], True)
+    form = "{desc} {percentage:3.0f}% {bar}"
+    assert bar.options == {"desc": "adding", "total": 100, "delay": 0.0, "leave": False, "bar_format": form}
 
 
 def test_the_first_ctrl_c_asks_and_the_second_one_stops():

@@ -115,7 +115,7 @@ def test_at_a_pitch_of_a_right_angle_roll_is_0(side):
     roll, found, yaw = to_rpy(from_rpy((0.4, pitch, 0.1)))
     assert (roll, found) == (0.0, pytest.approx(pitch))
     assert yaw == pytest.approx(0.1 - side * 0.4)
-    assert to_rpy(from_rpy((0.4, pitch - 1e-13, 0.1)))[0] != 0.0
+    assert [to_rpy(from_rpy((0.4, pitch - off, 0.1)))[0] == 0.0 for off in (0.9e-14, 1.1e-14)] == [True, False]
 
 
 @pytest.mark.parametrize("quarter", [0, 1, -3, 40])

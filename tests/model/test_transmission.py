@@ -129,6 +129,12 @@ def test_rotors_of_a_coupled_wrist_stand_between_joints_and_equal_ones_of_a_diff
     np.testing.assert_allclose(added[4:, 4:], whole[4:, 4:] - np.diag(np.diag(whole))[4:, 4:], atol=1e-15)
     assert np.abs(MAP.between_joints(WAM.armature)).max() < 1e-12
     assert WAM.coupled_rotors == ""
+    weak = np.diag([1.0, 0.0, 0.0])
+    # Of singular values of squared ratios, those below 1e-9 of the largest count as 0.
+    for smallest, shared in ((1.1e-9, True), (0.9e-9, False)):
+        weak[1:, 1:] = np.sqrt(smallest * (np.sqrt(5.0) + 1.0) / 2.0) * np.tri(2)
+        found = Transmission(weak).between_joints([0.0, 2.0, 1.0])[1, 2]
+        assert bool(found == pytest.approx(1.0, rel=1e-6)) == shared
     assert tx40.caveat().startswith("tx40 (body): ")
     assert "a rotor that turns with joint_5 and joint_6 adds 0.0105 kg m^2 between them" in tx40.caveat()
     assert "an MJCF cannot hold it" in lwr_dyn.urdf_text(tx40)

@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.arms.export.dh_table import FAR, Normal, Screw, decomposed, dh_table, residual
+from lwr_dyn.arms.export.dh_table import FAR, Normal, Screw, _cleaned, _is_screw, decomposed, dh_table, residual
 from lwr_dyn.arms.papers.assembly import dh_rows
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.model.chain import Convention, JointKind
-from lwr_dyn.model.spatial import Pose, from_rpy
+from lwr_dyn.model.spatial import Pose, from_rpy, rot_x
 from tests.agreement.test_foreign_arms import ROBOTS
 from tests.random_arms import arms, random_pose
 from tests.tolerances import METRES, RANDOM_ARM
@@ -137,3 +137,27 @@ def test_rows_of_parallel_axes_of_the_end_of_a_chain_and_with_a_normal_where_the
     for screw, wanted in ((Screw(), (0.0, -0.1)), (Screw(math.pi), (math.pi, 0.1))):
         left, normal, _ = decomposed(pose, screw)
         assert (abs(left.theta), normal.a) == wanted
+
+
+def test_what_counts_as_parallel_as_one_line_and_as_far():
+    """Each bound of the module from both sides; z' stands for the second axis."""
+    leaning = from_rpy((0.5, 0.2, 0.0))
+    for off, whole in ((0.9e-14, False), (1.1e-14, True)):
+        tilted, shifted = Pose(from_rpy((off, 0.0, 0.3)), np.array([0.0, 0.41, 0.0])), np.array([off, 0.0, 0.0])
+        assert (decomposed(tilted)[1].beta != 0.0) == whole
+        line = from_rpy((1e-5, 0.0, 0.0))
+        for pose in (
+            Pose(rot_x(math.pi / 2), shifted),
+            Pose(np.eye(3), shifted),
+            Pose(line, shifted + 150 * line[:, 2]),
+        ):
+            assert abs(decomposed(pose)[1].a) == (off if whole else 0.0)
+        assert _cleaned(Pose(np.eye(3), shifted)).is_identity() != whole
+        assert _is_screw(Pose(np.eye(3), shifted)) != whole
+        assert _is_screw(Pose(rot_x(off), np.zeros(3))) != whole
+    assert not _is_screw(Pose(rot_x(math.pi), np.zeros(3)))
+    for along in (99.9, 100.1, -99.9, -100.1):
+        for place in (along * leaning[:, 2], np.array([0.0, 0.0, along])):
+            assert (decomposed(Pose(leaning, place))[1].beta != 0.0) == (abs(along) > 100.0)
+    for past, theta in ((0.9e-9, 0.0), (1.1e-9, math.pi)):  # a right angle up to rounding keeps the direction
+        assert abs(decomposed(Pose(rot_x(math.pi / 2), np.zeros(3)), Screw(math.pi / 2 + past))[0].theta) == theta

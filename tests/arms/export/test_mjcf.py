@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.export.mjcf import mjcf_text
+from lwr_dyn.arms.export.mjcf import mjcf_text, unheld_links
+from lwr_dyn.arms.urdf.geometry import COLOURS, primitives
 from lwr_dyn.arms.urdf.model_files import model_files
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.chain import Body
+from tests.arms.urdf.small_files import assert_indented
+from tests.random_arms import random_arm
 
 
 @pytest.mark.parametrize(
@@ -35,10 +38,30 @@ def test_a_motor_gives_what_the_joint_can_bear_and_a_frame_where_its_parent_is_h
     arm = lwr_dyn.load("kr30ha")
     motors = ElementTree.fromstring(mjcf_text(arm)).findall("actuator/motor")
     assert [x.get("joint") for x in motors] == list(arm.joint_names)
-    assert [x.get("ctrlrange") is None for x in motors] == [limits.effort is None for limits in arm.limits]
+    efforts = [x.effort for x in arm.limits]
+    assert [x.get("ctrlrange") for x in motors] == [None if x is None else f"{-x!r} {x!r}" for x in efforts]
+    assert [x.get("name") for x in motors] == [f"{name}_motor" for name in arm.joint_names]
     text = mjcf_text(lwr_dyn.load("lwr4plus"))
     assert 'pos="0.0 0.0 0.0" xyaxes="1.0 0.0 0.0 0.0 1.0 0.0"' not in text
     assert text.count("xyaxes=") > 3
+
+
+def test_shapes_stand_where_they_are_drawn_and_touch_nothing():
+    tool = {"xyz": [0.0, 0.0, 0.2], "mass": 1.0, "inertia": [1e-3] * 3}
+    for arm in (lwr_dyn.load("lwr4plus", mount="wall", tool=tool), lwr_dyn.load("kr30ha")):
+        text = mjcf_text(arm)
+        assert_indented(text)
+        model = mujoco.MjModel.from_xml_string(text)
+        bodies = [model.body(b).name for b in range(model.nbody)]
+        drawn = sorted(primitives(arm), key=lambda x: bodies.index(x.link))
+        for shape, geom in zip(drawn, map(model.geom, range(model.ngeom)), strict=True):
+            turned = np.zeros(9)
+            mujoco.mju_quat2Mat(turned, geom.quat)
+            np.testing.assert_allclose(turned.reshape(3, 3), shape.pose.rotation, atol=1e-12)
+            np.testing.assert_allclose(geom.pos, shape.pose.position, atol=1e-12)
+            numbers = [bodies[geom.bodyid[0]], *geom.size[:2], *geom.contype, *geom.conaffinity, *geom.group]
+            assert numbers == [shape.link, shape.radius, shape.length / 2, 0, 0, 2]
+            np.testing.assert_allclose(model.mat_rgba[geom.matid[0]], COLOURS[shape.colour], rtol=1e-6)
 
 
 def without_mass(arm, index, tensor):
@@ -50,6 +73,9 @@ def without_mass(arm, index, tensor):
 
 def test_moments_without_mass_that_no_mjcf_holds_are_named_and_no_file_is_written(tmp_path, lwr_dyn_command):
     bare = without_mass(lwr_dyn.load("lwr4plus"), 2, np.diag([0.1, 0.1, 0.1]))
+    axis, sliding = np.diag([0.0, 0.0, 0.1]), random_arm(1, "PR")
+    assert unheld_links(without_mass(lwr_dyn.load("lwr4plus"), 0, axis)) == ()
+    assert unheld_links(without_mass(sliding, 0, axis)) == (sliding.chain.links[0].link,)
     for arm, words in (
         (bare, "masses of link_3 not given; needed for MuJoCo"),
         (lwr_dyn.load("lwr4"), "masses and in"),
@@ -69,8 +95,10 @@ def test_a_link_without_mass_moves_in_mujoco_as_here(robot):
     """The first link of the Puma has a moment about its axis, and nothing else; link 4 of the LWR is made so."""
     arm = lwr_dyn.load(robot)
     arm = arm if robot == "puma560" else without_mass(arm, 3, np.zeros((3, 3)))
-    text = mjcf_text(arm)
-    assert "no mass, which MuJoCo refuses" in text
+    text, stands_in = mjcf_text(arm), "no mass, which MuJoCo refuses: 1e-09 kg and kg m^2 stand in"
+    moved = "; its moment about its axis, 0.35 kg m^2, is in the armature of joint_1"
+    line = f"  link_1: {stands_in}{moved}" if robot == "puma560" else f"  link_4: {stands_in}"
+    assert line in text.splitlines()
     model = mujoco.MjModel.from_xml_string(text)
     data, dynamics = mujoco.MjData(model), lwr_dyn.dynamics_of(arm)
     x = np.random.default_rng(5).uniform(-1.0, 1.0, (3, arm.n))

@@ -118,6 +118,7 @@ def test_commands_take_it(tmp_path, monkeypatch, lwr_dyn_command, words, said):
 GOOD = mjcf_text(lwr_dyn.load("lwr4plus"))
 _HINGE = '<joint axis="0 1 0"/><geom size=".1" density="9" group="0"/>'
 TWO = f'<body name="other">{_HINGE}<body>{_HINGE}<body>{_HINGE}<body>{_HINGE}</body></body></body></body>'
+COPIES = '<worldbody><replicate count="{}" offset="1 0 0"><site/></replicate>'
 BAD = {
     "a URDF": ('<robot name="x"/>', "<robot>: a URDF; allowed: a name that ends in .urdf"),
     "an SDF": ("<sdf/>", "MuJoCo refuses it: XML Error: Unrecognized XML model type: 'sdf'; allowed: an MJCF"),
@@ -138,6 +139,7 @@ BAD = {
     "speed": (GOOD.replace("does not have: 1.9", "does not have: -1.9", 1), "header: speed limits by joint"),
     "name": (GOOD.replace('name="link_1"', 'name="a&#10;b"'), "the name 'a\\nb'; allowed: letters that can"),
     "too many": (GOOD.replace("<worldbody>", '<worldbody><replicate count="1e6"/>'), "1e+06 copies; allowed: at most"),
+    "one too many": (GOOD.replace("<worldbody>", COPIES.format(1001)), "1001 copies; allowed: at most 1000 an element"),
 }
 
 
@@ -153,6 +155,7 @@ def test_what_is_not_ours_or_wrong_is_one_line(tmp_path, case):
 
 def test_a_header_without_speeds_leaves_them_unknown(tmp_path):
     text = "\n".join(line for line in GOOD.splitlines() if "speed limits" not in line)
+    text = text.replace("<worldbody>", COPIES.format(1000))  # as many as may be
     assert np.isinf(read_mjcf(written(tmp_path, text, "arm.xml")).velocity).all()
 
 
@@ -201,6 +204,27 @@ def test_gears_drives_and_losses_are_those_of_the_joint(foreign):
     assert arm.chain.gravity.tolist() == [0.1, -0.2, -9.7]
     assert arm.sources["off_centre.viscous"][0].cell == "//joint[@name='off_centre']/@damping"
     assert arm.sources["wrist.mass"][0].cell == "//body[@name='wrist']"
+
+
+EFFORTS = {  # motors of the joint j -> its effort
+    '<motor joint="j" gear="-3" forcerange="-7 5"/>': 21.0,
+    '<motor joint="j" gear="3" forcerange="-5 7" ctrlrange="-1 1"/>': 21.0,
+    '<motor jointinparent="j" gear="2" ctrlrange="-1 4"/><motor joint="j" ctrlrange="-3 2"/>': 11.0,
+    '<general joint="j" gear="2" gainprm="-3" ctrlrange="-4 1"/>': 24.0,
+    '<motor joint="j" ctrlrange="-1 1"/><motor joint="j"/>': None,
+    '<position joint="j" kp="2" forcerange="-5 4"/>': 5.0,
+    '<position joint="j" kp="2" ctrlrange="-5 4"/>': None,
+    '<damper joint="j" kv="2" ctrlrange="0 4"/>': None,
+    '<motor joint="k" ctrlrange="-4 4"/><motor site="s" ctrlrange="-4 4"/>': None,
+}
+
+
+@pytest.mark.parametrize("motors", EFFORTS)
+def test_an_effort_is_the_sum_of_what_the_motors_of_the_joint_alone_can_give(tmp_path, motors):
+    body = '<body><joint name="{}" damping=".1"/><geom size=".1"/><site name="{}"/>{}</body>'
+    bodies = body.format("k", "t", body.format("j", "s", ""))
+    text = f"<mujoco><worldbody>{bodies}</worldbody><actuator>{motors}</actuator></mujoco>"
+    assert lwr_dyn.load(written(tmp_path, text, "x.xml")).limits[1].effort == EFFORTS[motors]
 
 
 def test_what_an_arm_has_no_place_for_is_named_and_so_is_a_missing_mujoco(foreign, monkeypatch):

@@ -27,7 +27,8 @@ TOPICS = {
 @pytest.fixture(scope="module")
 def run(arm):
     move = lwr_dyn.reference("point-to-point", arm, start=[0.0] * 7, end=[0.1] * 7, duration=0.3)
-    return lwr_dyn.simulate(arm, lwr_dyn.controller("pd-gravity", arm), move)
+    run = lwr_dyn.simulate(arm, lwr_dyn.controller("pd-gravity", arm), move)
+    return replace(run, t=run.t + 2.25)
 
 
 @pytest.fixture(scope="module")
@@ -62,9 +63,13 @@ def test_urdf_and_record_come_first_and_wait_for_late_listeners(run, arm, bag):
     assert json.loads(texts[RECORD])["digest"] == run.meta["digest"]
     with open(bag, "rb") as stream:
         summary = make_reader(stream).get_summary()
+    forever = "".join(f"  {x}:\n    nsec: {2**32 - 1}\n    sec: {2**31 - 1}\n" for x in ("deadline", "lifespan"))
     for channel in summary.channels.values():
-        waits = "transient_local" in channel.metadata["offered_qos_profiles"]
-        assert waits == (channel.topic in (DESCRIPTION, RECORD))
+        waits, profile = channel.topic in (DESCRIPTION, RECORD), channel.metadata["offered_qos_profiles"]
+        assert ("depth: 1\n  durability: transient_local\n  history: keep_last" in profile) == waits
+        assert all((line in profile) == waits for line in forever.splitlines(keepends=True))
+    ends = (summary.statistics.message_start_time, summary.statistics.message_end_time)
+    assert ends == (0, round(1e9 * run.t[-1])) == (0, 2_550_000_000)
     assert summary.statistics.message_count == 2 + 3 * run.t.size
 
 

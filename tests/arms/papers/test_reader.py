@@ -38,6 +38,10 @@ FAULTS = {
     "no joints": ('kinds = ["revolute", "prismatic"]', "kinds = []", "joints.kinds: an empty list"),
     "same name twice": ('# names = ["A1", "A2"]  ', 'names = ["A1", "A1"]  #',
                         "joints.names: .*allowed: 2 different names"),
+    "a name too few": ('# names = ["A1", "A2"]  ', 'names = ["A1"]  #', r"joints.names: \['A1'\]; allowed: 2 diff"),
+    "a name of no letter": ('# names = ["A1", "A2"]  ', 'names = ["A1", "A\\u0007"]  #',
+                            r"joints.names\[1\]: 'A\\x07'; allowed: text of printable characters"),
+    "a blank name": ('# names = ["A1", "A2"]  ', 'names = [" ", "A2"]  #', r"joints.names\[0\]: ' '; allowed: text of"),
 }  # fmt: skip
 """What is said of numbers and units of a column is in `test_columns.py`."""
 

@@ -157,9 +157,13 @@ def test_a_urdf_whose_axes_are_not_those_of_the_table_is_refused():
         ("[[0, 0, 0.3]", "[[0, 0.001, 0.3]", "joint_1 at zero is 0.001 m and 0 rad"),
         ("[90, 0, -30]", "[-90, 0, -30]", "joint_2"),
         ("[90, 0, -30]", "[91, 0, -30]", "joint_2 at zero is 0 m and 0.0175 rad"),
+        ("[[0, 0, 0.3]", "[[0, 1.1e-6, 0.3]", "joint_1 at zero is 1.1e-06 m and 0 rad"),
+        ("[90, 0, -30]", f"[{90 + np.degrees(1.1e-6)}, 0, -30]", "joint_2 at zero is 0 m and 1.1e-06 rad"),
     ):
         with pytest.raises(PaperError, match=f"origins: the axis of {found}"):
             arm_of(STANDARD + OF_URDF.replace(old, new, 1))
+    for old, new in (("[[0, 0, 0.3]", "[[0, 9e-7, 0.3]"), ("[90, 0, -30]", f"[{90 + np.degrees(9e-7)}, 0, -30]")):
+        arm_of(STANDARD + OF_URDF.replace(old, new, 1))  # rounded pi and lengths
 
 
 def test_a_tensor_in_its_own_axes_is_turned_as_the_origin_of_an_inertial():

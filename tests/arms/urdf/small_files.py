@@ -43,3 +43,14 @@ def saved_run(folder, arm, q):
     hold = lwr_dyn.reference("hold", arm, q=q, duration=0.01)
     lwr_dyn.simulate(arm, lambda *_: np.zeros(arm.n), hold).save(folder / "run.npz")
     return lwr_dyn.Run.load(folder / "run.npz")
+
+
+def assert_indented(text):
+    """Each line after the header is one tag, indented by its depth."""
+    depth = 0
+    for line in text.partition("-->\n")[2].splitlines():
+        tag = line.lstrip()
+        depth -= tag.startswith("</")
+        assert line == "  " * depth + tag
+        depth += "</" not in tag and not tag.endswith(("/>", "-->"))
+    assert depth == 0

@@ -5,7 +5,8 @@ import hashlib
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.urdf.parse import parse_urdf, parse_xml, placeholder_name
+from lwr_dyn.arms.urdf.elements import WRITTEN_BY
+from lwr_dyn.arms.urdf.parse import own_header, parse_urdf, parse_xml, placeholder_name
 from lwr_dyn.arms.urdf.writer import urdf_text
 from lwr_dyn.foundation.errors import UrdfError
 from tests.arms.urdf.small_files import written
@@ -65,6 +66,8 @@ def test_gravity_and_unknown_limits_are_read_from_our_own_header_only(tmp_path):
     foreign = parsed(tmp_path, text.replace("lwr_dyn", "another"))
     assert foreign.gravity is None
     assert not unknown & foreign.placeholders
+    assert own_header(f"<a/><!--{WRITTEN_BY} x\n  b--><!--c-->") == [f"{WRITTEN_BY} x", "b"]
+    assert own_header(f"<!--a--><!--{WRITTEN_BY}-->") == own_header(WRITTEN_BY) == []  # the first comment alone
 
 
 @pytest.mark.parametrize(

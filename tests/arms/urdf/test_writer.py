@@ -14,6 +14,7 @@ from lwr_dyn.arms.urdf.geometry import primitives
 from lwr_dyn.arms.urdf.writer import urdf_text, urdf_with_sources
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.spatial import Pose, from_rpy, to_rpy
+from tests.arms.urdf.small_files import assert_indented
 
 ROUNDING = 2e-15
 """A rotation made of three, through its angles and back: entries are a few products of numbers below one."""
@@ -121,13 +122,7 @@ def test_a_mount_and_a_tool_are_links_of_names_that_are_free():
 @pytest.mark.parametrize("name", ["lwr4plus", "lwr4", "wam7", "kr30ha", "panda"])
 def test_each_line_is_one_tag_indented_by_its_depth(name):
     tool = {"xyz": [0.0, 0.0, 0.2]} | ({} if name == "lwr4" else {"mass": 1.0, "inertia": [1e-3] * 3})
-    text, depth = lwr_dyn.urdf_text(lwr_dyn.load(name, mount={"on": "wall"}, tool=tool)), 0
-    for line in text.partition("-->\n")[2].splitlines():
-        tag = line.lstrip()
-        depth -= tag.startswith("</")
-        assert line == "  " * depth + tag
-        depth += "</" not in tag and not tag.endswith(("/>", "-->"))
-    assert depth == 0
+    assert_indented(lwr_dyn.urdf_text(lwr_dyn.load(name, mount={"on": "wall"}, tool=tool)))
 
 
 def test_links_without_a_mass_of_the_file_are_weightless_where_they_are_drawn(tmp_path):

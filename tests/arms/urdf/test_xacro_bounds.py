@@ -1,13 +1,16 @@
 """A foreign xacro file that would take the machine's time or memory is refused in a second; others cost nothing."""
 
 import os
+import sys
 import threading
 import time
+from collections import Counter
 
 import pytest
 import xacro
 
-from lwr_dyn.arms.urdf.xacro_bounds import _MACRO_ARGUMENT
+from lwr_dyn.arms.urdf.xacro_bounds import _MACRO_ARGUMENT, LARGEST_FILE, LARGEST_YAML
+from lwr_dyn.arms.urdf.xacro_expressions import Expressions
 from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.foundation.errors import UrdfError
 from tests.arms.urdf.small_files import HEAD, xacro_file
@@ -40,7 +43,8 @@ HUNGRY = {
 def place(tmp_path):
     if hasattr(os, "mkfifo"):
         os.mkfifo(tmp_path / "pipe")
-    (tmp_path / "long.yaml").write_text("- a: 1\n" * 20000)
+    (tmp_path / "long.yaml").write_text("#" * (LARGEST_YAML + 1))
+    (tmp_path / "full.yaml").write_text("#" * LARGEST_YAML)
     (tmp_path / "bytes.yaml").write_text("b: !!binary YWJj\n")
     for i in range(20):
         (tmp_path / f"i{i}.xacro").write_text(HEAD + f"<xacro:include filename='i{i + 1}.xacro'/>" * 2 + "</robot>")
@@ -59,6 +63,57 @@ def test_what_takes_time_or_memory_is_refused(place, kind):
         expanded(place, HUNGRY[kind])
     assert time.process_time() - start < 5.0
     assert len(str(refused.value)) < 2000
+
+
+BLOCKS = "".join(f"<xacro:property name='p'>{x}</xacro:property>" for x in ("<a/><b/>", "<a/>", "<a/>"))
+COSTS = {  # what counts it, how much it is, and why: letters by 10, nodes by 60 where they are cloned, moves by 1 / 20
+    "<xacro:arg name='x' default='yz'/><a b='$(arg x)'/>": ("eval_extension", 1000 + 10 * 2),
+    "<xacro:include filename='f*.xacro'/>": ("glob", 1000),
+    "<xacro:include filename='f.xacro'/>": ("_file", 20_000 + 5 * len(f"{HEAD}<a/></robot>")),
+    "<a b='${xacro.load_yaml(\"full.yaml\")}'/>": ("_file", 20_000 + 50 * LARGEST_YAML),
+    f"<a b='{'$${x' * 128}'/>": ("eval_text", 4 * 128 * 2 * 128 // 1024 + 3 * 128),
+    f"<xacro:macro name='m' params='{'a ' * 150}'/>": ("grab_macro", 300 * 300 // 1000),
+    "<xacro:macro name='m'><a/>b<c><d/></c></xacro:macro><xacro:m/>": ("resolve_macro", 1000 + 60 * (1 + 4)),
+    BLOCKS: ("grab_property", 3 + 2 + 2),
+    f"{BLOCKS}<xacro:insert_block name='p'/>": ("check_attrs", 60 * 3),
+    "<xacro:property name='p'><a/></xacro:property><xacro:insert_block name='p'/>": ("replace_node", 60 * 2),
+    f"<xacro:if value='1'><a/><b/></xacro:if>{'<d/>' * 29}": ("replace_node", (1 + 2) * (30 + 2) // 20),
+    f"{'<!---->' * 29}<xacro:if value='0'/>": ("remove_previous_comments", 30 * 30 // 20),
+    f"{'<!---->' * 29}<c/> <!----><xacro:if value='0'/>": ("remove_previous_comments", 3 * 33 // 20),
+}
+
+
+@pytest.mark.parametrize("body", COSTS)
+def test_what_is_made_read_or_moved_counts_as_much_as_it_costs(place, monkeypatch, body):
+    (place / "f.xacro").write_text(f"{HEAD}<a/></robot>")
+    counted, count = Counter(), Expressions.count
+
+    def noted(self, size):
+        counted[sys._getframe(1).f_code.co_name] += size
+        count(self, size)
+
+    monkeypatch.setattr(Expressions, "count", noted)
+    expanded(place, body)
+    of_all = counted.copy()
+    counted.clear()
+    expanded(place, "")
+    by, cost = COSTS[body]
+    assert of_all[by] - counted[by] == cost + (5 * len(body) if by == "_file" else 0)
+
+
+BOUNDS = (  # just allowed, one more, and what refuses it
+    ("<!--{}-->", LARGEST_FILE - len(f"{HEAD}<!----></robot>"), f"of {LARGEST_FILE + 1} bytes, above {LARGEST_FILE}"),
+    ("<xacro:macro name='m' params='{}'/>", 10_000, "parameters of 10001 characters"),
+    ("<xacro:property name='{}' value='1'/>", 9_999, "must be valid python identifiers"),
+    ("<xacro:arg name='{0}' default='b'/><a b='$(arg {0})'/>", 9_993, "a substitution that makes others"),
+)
+
+
+@pytest.mark.parametrize(("body", "most", "words"), BOUNDS, ids=range(len(BOUNDS)))
+def test_sizes_are_bounded_where_they_are_said_to_be(place, body, most, words):
+    expanded(place, body.format("a" * most))
+    with pytest.raises(UrdfError, match=words):
+        expanded(place, body.format("a" * (most + 1)))
 
 
 @pytest.mark.parametrize("quotes", ["x" * 60 + "'", "'" * 61, "x" * 60 + '"'])

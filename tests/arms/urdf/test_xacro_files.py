@@ -3,7 +3,7 @@
 import pytest
 import xacro
 
-from lwr_dyn.arms.urdf.xacro_files import expand_xacro
+from lwr_dyn.arms.urdf.xacro_files import expand_xacro, package_folder
 from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import UrdfError
 from tests.arms.urdf.small_files import xacro_file
@@ -46,6 +46,22 @@ def test_what_is_refused_says_how_it_is_trusted_and_trusted_it_is_run(tmp_path):
     assert 'name="1_2"' in expand_xacro(path, trust=True)
     with pytest.raises(UrdfError, match=r"'gone' is not defined.*a file that `xacro` expands"):
         expand_xacro(xacro_file(tmp_path, '<link name="${gone}"/>'))  # what xacro itself refuses
+
+
+def test_long_messages_are_cut_and_of_a_package_file_the_beginning_is_read(tmp_path):
+    def said(letters):
+        with pytest.raises(UrdfError) as fault:
+            expand_xacro(
+                xacro_file(tmp_path, f"<xacro:macro name='m' params='a'/><xacro:m a='1' {'b' * letters}='1'/>")
+            )
+        return fault.value.found
+
+    most = 600 - len(said(1)) + 1
+    assert [len(said(most)), said(most + 1)] == [600, f"{said(most)[:-1]}b ..."]
+    (tmp_path / "package.xml").write_text(f"{' ' * (100_000 - len('<name>x</name>'))}<name>x</name>")
+    assert package_folder("x", tmp_path / "a.xacro") == tmp_path
+    (tmp_path / "package.xml").write_text(f"{' ' * (100_000 - len('<name>'))}<name>x</name>")
+    assert package_folder("x", tmp_path / "a.xacro") is None
 
 
 def test_properties_and_macros_that_double_end(tmp_path):
