@@ -257,11 +257,8 @@ def _identified(
     elif friction == "own":
         beside, known, said = np.zeros(0, np.intp), own, "the arm's inertias and friction"
     else:
-        beside, known, said = (
-            columns.friction_indices,
-            own,
-            "the arm's inertias",
-        )  # its friction: what is fitted is beside it
+        beside, known, said = columns.friction_indices, own.copy(), "the arm's inertias"
+        known[beside] = 0.0
     problems = [_LoadProblem(loaded, columns, known, beside, load_shift(arm.chain.flange), arm)]
     if empty:
         problems.append(_LoadProblem(samples_of(empty, rule), columns, known, beside, np.zeros((TEN, TEN)), arm))
