@@ -91,15 +91,28 @@ def test_quantities_are_those_of_the_other_engine():
 
 
 def test_shapes_and_powers_belong_together():
-    """Powers have the shape of the value, for turning and sliding joints."""
+    """Powers of m, kg and s have the shape of the value; first entry: joint 1 turns, last entry: joint 2 slides."""
     sliding = TEXT.replace('"revolute"]', '"prismatic"]').replace(
         '[40, 10], unit = "N m"', '[40, 10], unit = ["N m", "N"]'
     )
     paper = parse_paper(sliding, "two_links.toml")
     turning = np.array([1.0, 0.0])
+    units = {  # turning, sliding
+        "N m, N": ([2, 1, -2], [1, 1, -2]), "kg m^2, kg": ([2, 1, 0], [0, 1, 0]), "rad, m": ([0, 0, 0], [1, 0, 0]),
+        "kg m^2/s, kg/s": ([2, 1, -1], [0, 1, -1]), "m": ([1, 0, 0],) * 2, "kg": ([0, 1, 0],) * 2,
+        "s": ([0, 0, 1],) * 2, "": ([0, 0, 0],) * 2, "rad/s, m/s": ([0, 0, -1], [1, 0, -1]),
+        "m, 1/m": ([1, 0, 0], [-1, 0, 0]),
+    }  # fmt: skip
+    unit_of = dict.fromkeys(QUANTITIES, "N m, N") | dict.fromkeys(("pose", "tip_rms", "tip_max"), "m")
+    unit_of |= dict.fromkeys(("mass_matrix", "eigenvalue", "largest_inertia", "armature"), "kg m^2, kg")
+    unit_of |= dict.fromkeys(("position_rms", "position_mean", "position_max", "limit_margin"), "rad, m")
+    unit_of |= {"coriolis_matrix": "kg m^2/s, kg/s", "total_mass": "kg", "saturated_s": "s", "rotation": ""}
+    unit_of |= {"peak_speed": "rad/s, m/s", "jacobian": "m, 1/m"}
     for name, quantity in QUANTITIES.items():
         term = formula_of(name, paper).term
-        assert term.powers(turning).shape == (*term.shape(2), 3), name
+        powers = term.powers(turning)
+        assert powers.shape == (*term.shape(2), 3), name
+        assert tuple(powers.reshape(-1, 3)[[0, -1]].tolist()) == units[unit_of[name]], name
         assert quantity.about
     assert formula_of("mass_matrix[1,2]", paper).term.powers(turning).tolist() == [1, 1, 0]
     assert formula_of("coriolis_matrix[2,1]", paper).term.powers(turning).tolist() == [1, 1, -1]

@@ -153,3 +153,15 @@ def numbers(record):
     values = np.frombuffer(base64.b64decode(record["data"]), dtype="<i4") * record["step"]
     values[record["gaps"]] = np.nan
     return values
+
+
+def test_the_replay_has_the_first_runs_and_is_left_out_where_none_is_asked_for(two_runs, tmp_path):
+    shown = replayed_runs(two_runs, lwr_dyn.load("lwr4plus"), ["the-first", "the-second"])
+    for replayed, names in ((1, ["replay.html", "runs"]), (0, ["runs"])):
+        folder = tmp_path / str(replayed)
+        folder.mkdir()
+        Pictures(shown=shown, title="A title", replayed=replayed).write(folder)
+        assert sorted(path.name for path in folder.iterdir()) == names
+        assert sorted(path.name for path in (folder / "runs").iterdir()) == ["the-first.npz", "the-second.npz"]
+    text = (tmp_path / "1" / "replay.html").read_text(encoding="utf-8")
+    assert ("A title" in text, "the-first" in text, "the-second" in text) == (True, True, False)

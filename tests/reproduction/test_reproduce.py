@@ -113,9 +113,12 @@ def test_the_resolver_finds_the_sign_of_the_wams_products_and_the_joints_of_the_
     assert reproduce.convention_section("kr30ha", of_tensors=False)[1]
 
 
-def test_parts_that_a_paper_has_not_are_left_out():
+def test_parts_that_a_paper_has_not_are_left_out(monkeypatch):
     parts, record = reproduce.audit_sections(paper_study("lwr4"), with_sensitivity=False)
     assert [part.id for part in parts] == list(record) == ["lint"]
+    monkeypatch.setattr(reproduce, "sensitivity_section", lambda *asked: (SimpleNamespace(id="spread"), asked))
+    parts, record = reproduce.audit_sections(paper_study("lwr4"), with_sensitivity=True)
+    assert ([part.id for part in parts], record["spread"]) == (["lint", "spread"], ("lwr4", "printed"))
 
 
 @pytest.mark.slow

@@ -325,7 +325,7 @@ def equality(name: str, a: Array, b: Array, floor: float = 0.0) -> Verdict:
 def relative(a: Array, b: Array, floor: float = 0.0) -> float:
     """Largest difference over the largest entry of both, or over `floor` if that is more; 0 when all vanish.
 
-    >>> relative(np.array([1.0, 2.0]), np.array([1.0, 2.5]))
+    >>> relative(np.array([0.25, 0.5]), np.array([0.25, 0.625]))
     0.2
     """
     scale = max(float(np.abs(a).max(initial=0.0)), float(np.abs(b).max(initial=0.0)), floor)

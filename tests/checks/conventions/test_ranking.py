@@ -12,6 +12,7 @@ from lwr_dyn.checks.conventions.hypotheses import table_hypotheses
 from lwr_dyn.checks.conventions.printed_table import LinkChoice, TableChoice, printed_table
 from lwr_dyn.checks.conventions.ranking import _answer, decisions, equally_plain, rank_readings
 from lwr_dyn.checks.conventions.ranking_text import (
+    _first_reading,
     global_maxima,
     judged_rankings,
     lattice_warning,
@@ -199,6 +200,10 @@ def test_the_text_names_what_is_undecided(lwr, wam):
         ("5", "standard", "com", "own frame", "ttttttt", "1:yxz 2:yzx 4:xzy", "c5z=-0.0238", "3", "-"),
         ("1", "standard", "origin", "own frame", "tiiiiii", "2:xzy 4:xzy", "c5z=-0.0238", "3", "0.25%"),
     ]
+    judged, *_ = judged_rankings(lwr).values()
+    flat = dataclasses.replace(judged.ranking[0], infeasible=("link_3", "link_5"))
+    lines = list(_first_reading(dataclasses.replace(judged, ranking=(flat, *judged.ranking[1:]))))
+    assert "  figures: 2 links read apart from the rest; not bodies: link_3, link_5" in lines
     lines = [line.strip() for line in ranking_text(wam)]
     assert any(
         line.startswith("link 2, 4, 5, 7: products of inertia +integral (UNDECIDED, or tensor") for line in lines

@@ -29,6 +29,8 @@ def variants_of(text, *joints):
 def test_a_change_takes_away_its_own_words(name):
     whole, changed = xml_of(TREE), xml_of(variants(TREE, SCOPE)[name])
     assert [(words in whole, words in changed) for words in GONE[name]] == [(True, False)] * len(GONE[name])
+    bounds = [limit.attrib for limit in variants(TREE, SCOPE)["continuous joints"].iterfind("joint/limit")]
+    assert [(x["lower"], x["upper"], x["effort"]) for x in bounds if x["lower"] == "-9"] == [("-9", "9", "20")]
     others = [x for feature, words in GONE.items() if feature != name for x in words]
     assert name == "continuous joints" or all(other in changed for other in others)
 

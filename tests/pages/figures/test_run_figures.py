@@ -42,7 +42,7 @@ def test_error_curves_are_ref_minus_actual_in_thousandths(runs, quantity, name):
     figure = error_figure(runs, quantity=quantity)
     joints = list(runs[0].arm.joint_names)
     assert [panel.title for panel in figure.panels] == 2 * joints
-    assert figure.panels[0].y_unit == ("mrad" if name == "q" else "mrad/s")
+    assert (figure.panels[0].y_unit, figure.columns) == ("mrad" if name == "q" else "mrad/s", 4)
     for k, panel in enumerate(figure.panels):
         one, (curve,) = runs[k // 7], panel.curves
         error = 1e3 * (getattr(one.run, f"{name}_ref") - getattr(one.run, name))

@@ -9,7 +9,7 @@ import lwr_dyn
 from lwr_dyn.pages.figures.run_figures import path_figure
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.reproduction.report.content import Page, Replay
-from lwr_dyn.reproduction.report.page import report_html, write_report
+from lwr_dyn.reproduction.report.page import main, report_html, write_report
 from tests.headless import logs, screenshot
 from tests.pages.replay.driven import LAPTOP, opened, screen, started, traffic, until, without_webgl
 from tests.pages.replay.replayed import lagging_run
@@ -233,3 +233,10 @@ def test_same_records_give_the_same_small_page(report_content, report_path):
     assert len(text.encode()) < LARGEST_PAGE
     assert text.count("</script>") == 3  # two packed libraries and the page's own
     assert CONTROLLERS[0] not in text.split("<main>")[0]
+
+
+def test_a_part_can_be_jumped_to_and_all_but_the_result_show_their_heading():
+    part = '<section id="{0}" class="part" tabindex="-1" aria-labelledby="{0}-title"><h2 id="{0}-title"{2}>{1}</h2>'
+    text = str(main([("result", "Result", "", "a"), ("errata", "Errata", "3", "b")]))
+    first, second = part.format("result", "Result", ' class="hidden-word"'), part.format("errata", "Errata", "")
+    assert text == f'{first}<div class="body">a</div></section>{second}<div class="body">b</div></section>'

@@ -15,7 +15,7 @@ from lwr_dyn.reproduction.paper_study import paper_study, study_document
 from lwr_dyn.reproduction.report.page import write_report
 from lwr_dyn.reproduction.wam7 import runs, study
 from lwr_dyn.reproduction.wam7.runs import GRAVITIES, Experiment, cruise_error, experiment
-from lwr_dyn.reproduction.wam7.study import _lspb, figure_7_holds, figure_7_table, findings
+from lwr_dyn.reproduction.wam7.study import _friction_maps, _lspb, figure_7_holds, figure_7_table, findings
 from tests.reproduction.pages import faults
 
 FACTS = (5.10, 1.17, 2.95, 2.63, 5.27, 11.05, 17.86)
@@ -217,3 +217,15 @@ def test_figure_4_rises_as_the_erratum_reads_it_and_stays_within_the_printed_axe
         assert curve.y[[0, -1]] == pytest.approx(ends, abs=1e-12)
     assert (np.diff(position.curves[0].y) >= 0.0).all()
     assert "from -0.55 to -0.05 rad" in _lspb().title
+
+
+def test_friction_maps_go_from_the_fastest_backward_to_the_fastest_forward_with_a_gap_at_rest():
+    arm = lwr_dyn.load("wam7")
+    fastest = max(model.covered for model in arm.friction_models())
+    for panel, joint, model in zip(_friction_maps(arm).panels, arm.joint_names, arm.friction_models(), strict=True):
+        moving, rest = panel.curves
+        assert (panel.title, panel.y_unit, moving.label) == (joint, "N m", "Table 1")
+        np.testing.assert_allclose(moving.x, np.linspace(-fastest, fastest, 161), atol=1e-15)
+        np.testing.assert_array_equal(np.isnan(moving.y), np.arange(161) == 80)
+        np.testing.assert_array_equal(np.delete(moving.y, 80), model.torque(np.delete(moving.x, 80)))
+        assert (rest.x.tolist(), rest.y.tolist()) == ([0.0, 0.0], list(model.breakaway))
