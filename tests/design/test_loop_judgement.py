@@ -139,20 +139,6 @@ def test_what_is_known_of_elastic_joints_is_said_of_a_run_that_diverges_too(lwr_
     assert [line.split()[0] for line in err.splitlines()] == ["note:", "note:", "lwr-dyn:"]
 
 
-@pytest.mark.slow
-def test_gains_tell_the_unstable_share_of_each_controller(lwr_dyn_command):
-    code, out, _ = lwr_dyn_command("gains", *AUTHORS)
-    rows = {line.split()[0]: line for line in out.splitlines() if line}
-    assert code == 0
-    assert (
-        "Sampled at 1000 Hz: unstable at rest, of 2000 poses drawn evenly from the joint box (seed 0); linear, without"
-        " friction and torque limits" in out
-    )
-    for name, *words in (("pd-gravity", "22.9 +- 0.9 %", ") deg"), ("pid", "6920 Hz"),
-                         ("inverse-dynamics", "none (at 95 %: below 0.15 %)")):  # fmt: skip
-        assert all(x in rows[name] for x in words)
-
-
 def test_gains_as_json_with_rate_and_delay(record, lwr_dyn_command):
     found = record("gains", *AUTHORS, "--rate", "500", "--delay", "1")["sampled"]
     assert [(name, x["rate"], x["delay"], len(x["worst"])) for name, x in found.items()] == [

@@ -18,7 +18,7 @@ from lwr_dyn.foundation.files import write_folder
 from lwr_dyn.identification import fitted, fitted_files, log_digests
 from lwr_dyn.identification.logs.joint_log import read_log, write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
-from lwr_dyn.identification.motion.motion_result import MotionRule
+from lwr_dyn.identification.motion.motion_result import MotionRule, expected
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.friction import friction_torque
@@ -112,6 +112,27 @@ def test_errors_of_centres_of_mass_are_those_of_draws(lwr):
     root = np.linalg.cholesky(result.consistent.covariance[30:34, 30:34])
     draws = result.consistent.parameters[30:34] + np.random.default_rng(0).normal(size=(4000, 4)) @ root.T * 0.1
     assert (draws[:, 1:] / draws[:, :1]).std(axis=0) == pytest.approx(0.1 * values.com.sigma[3], rel=0.06)
+
+
+def test_errors_of_friction_and_how_it_was_fitted_are_those_of_the_fit(lwr):
+    result, values = lwr[0], fitted.fitted_values(lwr[0])
+    fit, names, sigma = result.consistent, result.columns.names, values.friction_sigma
+    for name, column in (("positive_coulomb", "coulomb+"), ("negative_viscous", "viscous-")):
+        at = [names.index(f"{column}_{j}") for j in range(1, 8)]
+        assert sigma[name] == pytest.approx(np.sqrt(np.diag(fit.covariance)[at]))
+    assert sigma["positive_static"] == pytest.approx(sigma["positive_coulomb"])  # no Stribeck term
+    assert np.isnan(sigma["offset"]).all()
+    head = (
+        f"bodies near reading physical, expected off it {expected(fit)}, {result.equations} equations, "
+        f"{result.identified} of {result.base.count} base parameters identified, friction directions"
+    )
+    tail = (
+        f", positions through {result.rule.samples.cutoff} Hz, price {np.nanmax(fit.price.rms):.2g} N m (N) RMS at the "
+        "worst joint; sigma: one standard error, unknown where the number is that of the table"
+    )
+    assert values.about == head + tail
+    more = replace(result, rule=replace(result.rule, stribeck=True, gains=0.1))
+    assert fitted.fitted_values(more).about == f"{head} with Stribeck terms, gains known to 0.1{tail}"
 
 
 def test_a_urdf_has_the_same_bodies_and_its_sidecar_the_errors(lwr, folder):

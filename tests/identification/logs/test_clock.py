@@ -31,7 +31,6 @@ def jittered(measured, stamped, lose=0.0, noise=1e-5, seed=0):
     return JointLog("x", (1, 2), stamp[keep], q + rng.normal(0, noise, q.shape), tau, motor_q=100 * q)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("lose", [0.0, 0.05])
 @pytest.mark.parametrize("truth", ["stamps", "even"])
 def test_the_positions_tell_which_clock_is_right(truth, lose):

@@ -12,7 +12,7 @@ from lwr_dyn.identification.friction.identify_friction import identify_friction_
 from lwr_dyn.identification.log_faults.found_faults import prepared_logs
 from lwr_dyn.identification.logs.joint_log import apart_from, digest_of, log_of_run, read_log, write_log
 from lwr_dyn.identification.logs.log_columns import declared_units
-from lwr_dyn.identification.logs.simulated_logs import LogSensors
+from lwr_dyn.identification.logs.simulated_logs import LogSensors, cruise_and_back
 from lwr_dyn.model.friction import symmetric
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 from tests.identification.simulated import ideal_cruise
@@ -171,6 +171,24 @@ def test_sensors_add_noise_and_round_to_counts():
     assert log.q == pytest.approx(np.round(log.q, 3), abs=1e-12)
     assert np.array_equal(LogSensors((0.05, 0.2), 1e-3, 1e-2).through(clean, 1).q, log.q)
     assert np.array_equal(LogSensors().through(clean, 2).tau, clean.tau)
+    geared = replace(clean, motor_q=3.0 * clean.q, dq=clean.q)
+    both = LogSensors((0.05, 0.2), 1e-3, 1e-2).through(geared, 1)
+    assert (both.dq, np.array_equal(both.q, log.q)) == (None, True)
+    off = both.motor_q - geared.motor_q
+    assert off.std(axis=0) == pytest.approx([1e-2] * 2, rel=0.03)
+    assert np.abs(np.corrcoef(off.T, (log.q - clean.q).T)[:2, 2:]).max() < 0.05
+    assert both.motor_q == pytest.approx(np.round(both.motor_q, 3), abs=1e-12)
+
+
+def test_a_cruise_and_back_has_the_speed_of_its_longest_stroke():
+    """Half a metre or rad at 0.2 a second, with blends of a second: 3.5 s each way."""
+    arm, start = lwr_dyn.load("lwr4plus"), np.array([0.1, 0.2, 0.0, -0.5, 0.0, 0.3, 0.0])
+    stroke = np.array([0.25, -0.5, 0.0, 0.1, 0.0, 0.0, 0.0])
+    move = cruise_and_back(arm, start, stroke, 0.2)
+    found = move.sample(np.array([0.0, 1.0, 2.5, 3.5, 4.5, 6.0, 7.0]))
+    assert move.duration == pytest.approx(7.0)
+    np.testing.assert_allclose(found.q[[0, 3, 6]], [start, start + stroke, start], atol=1e-12)
+    np.testing.assert_allclose(found.dq[[1, 2, 4, 5]], np.outer([1, 1, -1, -1], 0.2 * stroke / 0.5), atol=1e-12)
 
 
 def test_units_become_si_from_the_name_or_from_what_is_declared(tmp_path):

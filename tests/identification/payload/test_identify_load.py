@@ -169,6 +169,14 @@ def test_the_load_is_a_body_and_a_slow_motion_says_which_numbers_it_does_not_sho
     assert (states(found)[0], "not excited" in states(found)[4:]) == ("identified", True)
     truth = np.concatenate([[MASS], COM, TENSOR[np.triu_indices(3)]])
     assert np.abs((load.values - truth) / load.sigma).max() < 5.0
+    m, ball = (
+        found.parameters[0],
+        possible_load(found, weight=1e12).body,
+    )  # next to no log: a ball of 2000 kg/m^3
+    assert ball.mass == pytest.approx(m, rel=1e-4)
+    assert ball.com == pytest.approx(found.parameters[1:4] / m, abs=1e-4)
+    round_ = 0.4 * m * (m / (2000.0 * 4.0 / 3.0 * np.pi)) ** (2.0 / 3.0) * np.eye(3)
+    assert ball.inertia_com == pytest.approx(round_, rel=1e-3, abs=1e-3 * round_[0, 0])
     least_squares = np.abs(found.parameters[4:] - TRUTH[4:]).max()
     assert np.abs(body_parameters(load.body)[4:] - TRUTH[4:]).max() < 0.5 * least_squares
 
