@@ -129,8 +129,10 @@ def test_forward_and_inverse_undo_each_other_and_inverse_takes_the_solution_near
 
 def test_a_motion_of_an_inline_form_takes_its_values_from_its_data(arm):
     data = [
-        "DECL PDAT PP={VEL 100,ACC 50,APO_DIST 30,GEAR_JERK 40}", "DECL LDAT LL={VEL 2,ACC 50,APO_DIST 30,JERK_FAC 20,ORI_TYP #CONSTANT}",
-        "DECL FDAT FF={TOOL_NO 3,BASE_NO 2,IPO_FRAME #BASE}", "DECL FRAME T,B,X,Y", "DECL CP V,A", "DECL REAL J,C,G,H,I",
+        "DECL PDAT PP={VEL 100,ACC 50,APO_DIST 30,GEAR_JERK 40}",
+        "DECL LDAT LL={VEL 2,ACC 50,APO_DIST 30,JERK_FAC 20,ORI_TYP #CONSTANT}",
+        "DECL FDAT FF={TOOL_NO 3,BASE_NO 2,IPO_FRAME #BASE}", "DECL FRAME T,B,X,Y", "DECL CP V,A",
+        "DECL REAL J,C,G,H,I",
         "DECL FDAT TT={TOOL_NO 2,BASE_NO 3,IPO_FRAME #TCP}", "DECL JERK_STRUC JJ", "DECL CONT K", "DECL LOAD L,U",
         "DECL IPO_MODE M,N", "DECL ORI_TYPE O,Z",
     ]  # fmt: skip
