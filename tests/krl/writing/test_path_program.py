@@ -1,7 +1,7 @@
 """`krl write` of a run or a table: PTP, LIN and CIRC within the tolerance, Status and Turn solved, run and compared."""
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -189,19 +189,19 @@ def test_a_speed_that_an_axis_cannot_keep_is_lowered(arm, square):
 
 
 def test_a_program_is_slowed_until_no_axis_is_over_its_speed_and_no_more(arm, square):
-    slow = replace(arm, velocity=arm.velocity / 10)
+    slow = replace(arm, limits=tuple(replace(x, velocity=x.velocity / 4) for x in arm.limits))
     path = read_sampled_path(square, slow, **FRAMES)
     program = write_path(path, WritingOptions(approximate=False), FRAMES["base"]).written
     speeds = ProgramSpeeds(50, (1.0, 1.0, 1.0), 90.0)
     found, run = _slow_enough(replace(program, speeds=speeds), None)
     factor = found.speeds.cp[0]
     assert math.log(factor, 0.8) == pytest.approx(round(math.log(factor, 0.8)))
-    assert found.speeds == ProgramSpeeds(int(50 * factor), (factor,) * 3, pytest.approx(90 * factor))
+    assert astuple(found.speeds) == (int(50 * factor), (factor,) * 3, pytest.approx(90 * factor))
     assert (factor < 1.0, [d for d in run.diagnostics if d.code == "axis-speed"]) == (True, [])
     with pytest.raises(ProgramError, match="would have to turn at"):
         run_program(replace(program, speeds=speeds.slower(factor / 0.8)).program(), slow)
-    assert speeds.slower(0.001) == ProgramSpeeds(1, (0.001,) * 3, 0.09)
-    assert ProgramSpeeds(50, (1.0,)).slower(0.5) == ProgramSpeeds(25, (0.5,))
+    assert astuple(speeds.slower(0.001)) == (1, (0.001,) * 3, 0.09)
+    assert astuple(ProgramSpeeds(50, (1.0,)).slower(0.5)) == (25, (0.5,), None)
 
 
 def test_where_a_path_in_space_is_impossible_it_is_ptp(arm):
