@@ -121,6 +121,22 @@ def test_the_command(backups, lwr_dyn_command):
         "    + 6: LIN P1",
         "files changed 2, points moved 1, routines changed 1, same 1",
     ]
+    edit(backups, "Program/work.dat", ("INT n=3", "INT n=4"), ("DECL REAL speed=1.50\n", "DECL BOOL go=TRUE\n"))
+    edit(backups, "System/$config.dat", ("Z 100.0", "Z 101.0"), ("$OUT[5]", "$OUT[6]"))
+    edit(backups, "Program/work.src", ("LIN P1", "LIN P1 C_DIS"), ("PTP HOME", "PTP  HOME ; first"))
+    assert lwr_dyn_command("krl", "diff", old, new)[1].splitlines() == [
+        "R1/Program/work.dat: changed",
+        "  P1, line 2: moved 2.000 mm, turned 0.000 deg",
+        "  n: 3 -> 4",
+        "  go added: TRUE",
+        "  speed removed: 1.5",
+        "R1/Program/work.src: only comments and layout differ",
+        "R1/System/$config.dat: changed (configuration)",
+        "  TOOL_DATA[1], line 2: moved 1.000 mm, turned 0.000 deg",
+        "  grip: SIGNAL grip $OUT[5] -> SIGNAL grip $OUT[6]",
+        "files changed 2, in layout only 1, points moved 1, values changed 3, of the configuration 2",
+    ]
+    edit(backups, "Program/work.src", ("PTP  HOME ; first", "PTP HOME"), ("LIN P1 C_DIS", "LIN P1"))
     # a .src brings the .dat beside it
     files = [f"{folder}/R1/Program/work.src" for folder in (old, new)]
     code, out, _ = lwr_dyn_command("krl", "diff", *files, "--json")
@@ -139,3 +155,4 @@ def test_meaning():
     assert meaning_of('ptp P1  c_ptp ; "x"') == meaning_of("PTP p1 C_PTP")
     assert meaning_of('x = "a"') != meaning_of('x = "A"')
     assert meaning_of("x = 1.50") == meaning_of("x=1.5E0")
+    assert meaning_of(' x = "a ') == 'x = "a'  # what cannot be read, as it stands

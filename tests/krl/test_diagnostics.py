@@ -84,6 +84,14 @@ def test_a_fault_of_the_dat_stands_in_its_line(arm):
     program = program_of(SPEED, HOME, "n[1] = m", data="DEFDAT a\nINT n[2]\nINT m=1\nn[3]=1\nENDDAT\n")
     with pytest.raises(ProgramError, match=r"^a\.dat:4:3: "):
         run_program(program, arm)
+    for size, words in ((0, r"^a\.dat:2:5: n has the size 0; from 1 to 100000"), (100_001, r"size 100001"),
+                        (1, ""), (100_000, "")):  # fmt: skip
+        program = program_of(SPEED, HOME, data=f"DEFDAT a\nINT n[{size}]\nENDDAT\n")
+        if words:
+            with pytest.raises(ProgramError, match=words):
+                run_program(program, arm)
+        else:
+            assert len(run_program(program, arm).executed) == 1
 
 
 def test_a_sound_program_is_clean_and_a_missing_value_after_a_fault_is_no_other_fault(arm):

@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping
 from difflib import get_close_matches
 from functools import partial
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from lwr_dyn.krl.running.running_program import SAME, KeptState, LoopWatch, Runn
 from lwr_dyn.krl.running.triggers import TICK
 from lwr_dyn.krl.running.values import Value, Variable, converted, copied, value_text
 
-MOST_AT_ONCE = 100
+MOST_AT_ONCE = 1000
 """Interrupts and answers that may follow one another at one time."""
 MOST_LOOKS = 10_000
 """Times that a waiting program looks again while only timers or submit programs run."""
@@ -57,7 +57,19 @@ def settle(m: RunningProgram) -> None:
         happened = _pass_time(m)
         if not _look(m) and not happened:
             return
-    raise ExecutionError("endless", "interrupts or answers of the cell follow one another without end", "")
+    _end_endless(m)
+
+
+def _end_endless(m: RunningProgram) -> NoReturn:
+    message = "interrupts or answers of the cell follow one another without end"
+    m.log.end_run("error", "endless", message, "an answer that comes later")
+
+
+def _run_next(m: RunningProgram) -> None:
+    """Let the next of what is pending happen."""
+    m.clock.run_next(lambda: _look(m))
+    if m.clock.at_once > MOST_AT_ONCE:
+        _end_endless(m)
 
 
 def settle_rest(m: RunningProgram) -> None:
@@ -65,7 +77,7 @@ def settle_rest(m: RunningProgram) -> None:
     m.triggers.plan(final=True)
     while m.clock.due(m.motions.now + LONGEST_TAIL) is not None:
         try:
-            m.clock.run_next(lambda: _look(m))
+            _run_next(m)
         except ExecutionError as fault:  # no statement is executed any more that would report it
             m.log.report_fault(fault)
 
@@ -82,7 +94,7 @@ def _pass_time(m: RunningProgram) -> bool:
             watch.last = True
             m.clock.run_at(time, watch.follow, lambda: _look(m))
         elif due is not None:
-            m.clock.run_next(lambda: _look(m))
+            _run_next(m)
         else:
             return happened
         happened = True

@@ -52,6 +52,10 @@ class ProgramClock:
     looked: float = 0.0
     """[s] Until when conditions on what moves have been looked at."""
     added: int = 0
+    ran: float = -1.0
+    """[s] The time of what has happened last of what was pending."""
+    at_once: int = 0
+    """How much has happened at that time."""
 
     @property
     def now(self) -> float:
@@ -89,6 +93,8 @@ class ProgramClock:
     def run_next(self, then: Callable[[], object]) -> None:
         """Let the next of what is pending happen, and then what follows from it."""
         time, _, action = heapq.heappop(self.pending)
+        self.at_once = self.at_once + 1 if time - self.ran <= SAME else 1
+        self.ran = time
         self.run_at(time, action, then)
 
     def run_at(self, time: float, action: Callable[[], object], then: Callable[[], object]) -> None:

@@ -85,3 +85,10 @@ def test_a_value_that_is_read_is_not_told(program, printed):
     out = printed(*run_with("N=3"))
     assert "assumed: N: given\n" in out
     assert "nothing reads" not in out
+
+
+@pytest.mark.parametrize("target", ["a.src", "."])
+def test_names_that_an_option_brings_are_known_to_a_program_and_to_a_folder(folder, lwr_dyn_command, target):
+    (folder / "a.src").write_text("DEF a( )\nWELD( )\nEND\n")
+    (folder / "names.toml").write_text('[[group]]\nfunctions = ["WELD()"]\n')
+    assert [lwr_dyn_command("krl", "check", target, *x)[0] for x in ((), ("--names", "names.toml"))] == [1, 0]

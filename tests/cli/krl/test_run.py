@@ -97,6 +97,7 @@ def test_an_assumed_ramp_is_shown_with_what_others_would_make_of_it(lwr_dyn_comm
         assert given["other_ramps"] == []
         assert given["duration"] == other["duration"] < record["duration"]
         assert f"{other['duration']:.3f} s with {other['ramp']:g}" in lwr_dyn_command("krl", "run", "a.src")[1]
+    assert [x["ramp"] for x in record["other_ramps"]] == [0.1, 0.2]
 
 
 def test_files_are_refused_before_the_run_by_their_endings(refused, folder):

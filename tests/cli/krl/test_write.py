@@ -103,6 +103,7 @@ BAD = {
     "included": (("check", "TwoPoint.src", "--with", "none.dat"), "none.dat: no such file"),
     "no task": (("write", "none.toml"), "none.toml: no such file"),
     "name": (("write", "task.toml", "--out", "other.src"), "allowed: a path that ends in TwoPoint.src"),
+    "of a path": (("write", "task.toml", "--stop"), "--stop: given for a .toml of points; allowed: none"),
 }
 
 

@@ -147,9 +147,13 @@ def test_ptp_into_lin_is_passed_within_the_distance(arm):
     assert lin.max() <= 0.015 + 1e-9
 
 
-@pytest.mark.parametrize("between", ["WAIT SEC 0.5", "$OUT[1] = TRUE", "WAIT FOR $OUT[1]==FALSE"])
+@pytest.mark.parametrize("between", ["WAIT SEC 0.5", "$OUT[1] = TRUE", "WAIT FOR $OUT[1]==FALSE", "HALT"])
 def test_a_look_at_the_world_ends_the_blend_unless_continue_stands_before(arm, between):
     head = (HOME, "$APO.CDIS = 20", "LIN_REL {Y 100} C_DIS")
-    assert run_of(arm, *head, between, "LIN_REL {Z 50}").executed[-1].overlap == 0.0
+    run = run_of(arm, *head, between, "LIN_REL {Z 50}")
+    assert run.executed[-1].overlap == 0.0
+    if between == "HALT":
+        assert [(x.kind, x.text, x.time) for x in run.events] == [("halt", "HALT", run.executed[1].end)]
+        assert "HALT: the program is started again at once" in map(str, run.assumptions)
     if "OUT" in between:
         assert run_of(arm, *head, "CONTINUE", between, "LIN_REL {Z 50}").executed[-1].overlap > 0.0

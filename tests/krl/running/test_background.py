@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.language.source import parse_text
 from lwr_dyn.krl.project.program import program_of
 from lwr_dyn.krl.running.cell import cell_of
@@ -77,6 +78,20 @@ def test_an_answer_of_the_cell_ends_a_wait_and_without_one_the_run_stops_or_take
     assert ("reply", round(2.4 + RAMP, 6), "$IN[7] = TRUE") in events(run)
     with pytest.raises(ProgramError, match="nothing here can change it"):
         run_of(arm, LIN, "WAIT FOR $IN[7]", cell_text="inputs.7 = false")
+    # one whose condition holds from the start comes then, and not again
+    at_once = ANSWER.replace("$OUT[5]", "NOT $OUT[5]")
+    assert [x.time for x in run_of(arm, LIN, BACK, cell_text=at_once).events] == [0.4]
+    for place, name in (("N", "N"), ("M.X", "M.X")):
+        with pytest.raises(OptionError, match=rf"reply\[0\]\.set\.{name}: "):
+            run_of(arm, LIN, cell_text=f"[[reply]]\nset = {{ '{place}' = true }}", data=DATA)
+    # two that undo each other: within the program, and after its end
+    toggle = "".join(
+        f"[[reply]]\nwhen = '$OUT[8] AND {x}$FLAG[1]'\nset = {{ '$FLAG[1]' = {y} }}\n"
+        for x, y in (("", "false"), ("NOT ", "true"))
+    )
+    for lines in (("$OUT[8] = TRUE", LIN), ("TRIGGER WHEN DISTANCE = 1 DELAY = 9 DO $OUT[8] = TRUE", LIN)):
+        with pytest.raises(ProgramError, match="answers of the cell follow one another without end; an answer that"):
+            run_of(arm, *lines, cell_text=toggle)
     run = run_of(arm, LIN, "WAIT FOR $IN[7]", cell_text="unmet_wait_s = 1.5\ninputs.7 = false")
     assert run.cycle_time == pytest.approx(3.5 + RAMP)
     assert [x.name for x in run.assumptions if "WAIT" in x.name] == ["WAIT FOR $IN[7]"]
@@ -86,8 +101,9 @@ def test_an_interrupt_comes_at_its_edge_once_and_resume_goes_back_to_where_it_wa
     run = run_of(arm, *ON_INPUT, LIN, BACK, cell_text=ALARM)
     found = [x for x in events(run) if x[0] in ("interrupt", "output")]
     assert found == [("interrupt", 1.0, "interrupt 5: $IN[7]"), ("output", 1.0, "$OUT[9] = TRUE")]
-    off = run_of(arm, *ON_INPUT, "INTERRUPT OFF 5", LIN, BACK, cell_text=ALARM)
-    assert not [x for x in events(off) if x[0] == "interrupt"]
+    for switch, count in (("OFF 5", 0), ("OFF", 0), ("DISABLE 5", 0), ("OFF 6", 1), ("ENABLE 5", 1)):
+        run = run_of(arm, *ON_INPUT, f"INTERRUPT {switch}", LIN, BACK, cell_text=ALARM)
+        assert len([x for x in events(run) if x[0] == "interrupt"]) == count
     # what its routine does after a wait comes at the end of that
     waits = (*ON_INPUT, LIN, "END", "DEF f( )", "WAIT SEC 0.5", "$OUT[9] = TRUE")
     late = run_program(short_program(*SPEEDS, HOME, *waits), arm, cell=cell(ALARM))
@@ -99,7 +115,7 @@ def test_an_interrupt_comes_at_its_edge_once_and_resume_goes_back_to_where_it_wa
 
 
 STOPPING = "DEF h( )\nBRAKE\nWAIT SEC 3\nEND\nDEF k( )\nBRAKE\nRESUME\nEND\n"
-STOPPING += "DEF n( )\n$OUT[9] = TRUE\nEND\nDEF way( )\nLIN_REL {Y 400}\nEND\n"
+STOPPING += "DEF l( )\nBRAKE\nLIN_REL {Z 9}\nEND\nDEF n( )\n$OUT[9] = TRUE\nEND\nDEF way( )\nLIN_REL {Y 400}\nEND\n"
 
 
 def stopped_run(arm, name, word="", way=("way( )",)):
@@ -142,10 +158,20 @@ def test_an_interrupt_with_brake_stops_by_itself_and_resume_gives_the_stopped_mo
     run, _, _, places = stopped_run(arm, "k")
     assert kinds_of(run) == ["PTP (start)", "LIN_REL", "BRAKE", "WAIT"]
     assert 0.18 < places[-1, 1] - places[0, 1] < 0.25
+    with pytest.raises(ProgramError, match="the arm has left the path of the interrupted motion; RESUME, or a motion"):
+        stopped_run(arm, "l")
+    # where the arm stands there is nothing to stop, and the trigger keeps its motion
+    way = ("WAIT SEC 2", "TRIGGER WHEN DISTANCE = 0 DELAY = 0 DO $OUT[4]=TRUE", LIN)
+    run, *_ = stopped_run(arm, "h", way=way)
+    assert kinds_of(run) == ["PTP (start)", "WAIT", "WAIT", "LIN_REL", "WAIT"]
+    assert [x.time for x in run.events if x.kind == "trigger"] == [run.executed[3].begin]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("left", [250, 207, 205, 150, 1])
+def slow(*values):
+    return [pytest.param(x, marks=pytest.mark.slow) for x in values]
+
+
+@pytest.mark.parametrize("left", [207, 205, *slow(250, 150, 1)])
 def test_a_trigger_acts_at_its_place_on_the_path_that_is_braked(arm, left):
     """BRAKE comes 191 mm along and stops the tool 3 mm later: before, while it stops, while it goes on, after."""
     way = (f"TRIGGER WHEN PATH = -{left} DELAY = 0 DO $OUT[4]=TRUE", "LIN_REL {Y 400}")
@@ -229,6 +255,8 @@ def test_a_submit_program_answers_an_output(arm):
         assert (last.kind, last.begin) == ("PTP", pytest.approx(passes * 0.012))
     with pytest.raises(ProgramError, match="nothing here can change it"):
         run_program(program(answer), arm)
+    with pytest.raises(OptionError, match=r"submits of the cell: other\.sub is not among the files"):
+        run_program(program(answer), arm, cell=cell('submits = ["here/other.sub"]'))
     faults = {"PTP {A1 5}": "a submit program moves the robot", "WAIT FOR $IN[7]": "the input $IN[7] has no value"}
     for line, words in faults.items():
         with pytest.raises(ProgramError) as fault:

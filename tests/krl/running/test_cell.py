@@ -22,6 +22,7 @@ STUBS = "stubs.EKI_GETREAL = { returns = true, out = { 3 = 12.5 } }\nstubs.MSG =
 OTHERS, OF_CELL = "stubs.others = true\n", "(stubs.others of the cell file)"
 FALSE_INPUT = "$IN[4] = FALSE (inputs.others of the cell file)"
 ERR = "INTERPRETER #R_INT, INT_TYPE #I_NORMAL, INT_PRIO 0, LINE_NR 0"
+OUTER = ", ".join(f"E{i} 0.0" for i in range(1, 7))
 VALUES = {
     "a state that nothing gives is assumed and listed once": (
         "", ["A = $T1 OR $T1", "N = $ERR.NUMBER"], {"A": False, "N": 0},
@@ -44,6 +45,9 @@ VALUES = {
     "an empty stub of its type": (
         OTHERS, ["A = LAMP()", "X = FORCE() + 2.5"], {"A": False, "X": 2.5},
         [f"LAMP( ) = FALSE {OF_CELL}", f"FORCE( ) = 0.0 {OF_CELL}"]),
+    "the home of the cell is that of programs": (
+        "home_deg = [1, -91, 92, 2, 4, 5]", ["X = XHOME.A3"], {"X": 92.0},
+        [f"XHOME = {{A1 1.0, A2 -91.0, A3 92.0, A4 2.0, A5 4.0, A6 5.0, {OUTER}}} (home of the cell file)"]),
     "a condition without a value never interrupts": (
         "", ["INTERRUPT DECL 5 WHEN $IN[3] DO $OUT[1]=TRUE", "INTERRUPT ON 5", HOME], {},
         ["$IN[3] = FALSE (the input $IN[3] has no value)"]),
@@ -60,6 +64,7 @@ def test_what_a_cell_gives_and_what_is_assumed(arm, text, lines, expected, assum
 
 def test_the_checks_know_the_names_of_a_cell():
     given = cell('variables.PART = 4\nvariables."P[2]" = "{X 1}"\nvariables."Q[1,2]" = 0.5\nvariables.S = "a"\n'
+                 'variables.F = "{FRAME: X 1}"\n'
                  'stubs.GRIP = {}\nstubs.READY = { returns = true }')  # fmt: skip
     lines = ("IF (PART > 3) AND READY() THEN", f"GRIP(1{', 2' * 39})", "$OUT[1] = P[2].X > PART", "ENDIF")
     program = program_of(*lines)
@@ -67,7 +72,7 @@ def test_the_checks_know_the_names_of_a_cell():
     assert check_program(with_cell(program, given)) == ()
     assert [d.code for d in check_program(with_cell(program_of(f"GRIP(1{', 2' * 40})"), given))] == ["arguments"]
     types = {name: str(x.type) for name, x in program.names.variables.items()}
-    assert types == {"PART": "INT", "P": "?[]", "Q": "?[,]", "S": "?"}
+    assert types == {"PART": "INT", "P": "?[]", "Q": "?[,]", "S": "?", "F": "FRAME"}
     externals = program.names.externals
     assert {name: externals[name].returns for name in ("GRIP", "READY")} == {"GRIP": None, "READY": "BOOL"}
 
@@ -81,6 +86,8 @@ def test_a_stub_stands_in_for_a_routine_and_the_cell_gives_the_arguments_of_the_
     run = run_program(program, arm, cell=cell("arguments.JOB = 20"))
     assert run.executed[-1].q[0] == pytest.approx(np.radians(20))
     assert [str(x) for x in run.assumptions] == ["the argument JOB = 20 (given)"]
+    with pytest.raises(OptionError, match=r"the cell's arguments\.JOB: TRUE; allowed: a number"):
+        run_program(program, arm, cell=cell("arguments.JOB = true"))
 
 
 def test_a_fault_the_run_does_not_come_to_does_not_stop_it(arm):

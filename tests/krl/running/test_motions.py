@@ -102,6 +102,7 @@ TOLD = {
     "A5 comes down to 0.77 deg": ([HOME, "LIN_REL {B 24.5}"], (2, "singularity")),
     "a wrist that turns over in a PTP": (
         [HOME, POSE, "PTP {X 91, Y -1117, Z 1447, A 0, B 0, C 0, S 0, T 12}"], (3, "wrist-flip")),
+    "a first LIN that is out of reach": (["LIN {X 9000, Y 0, Z 1000, A 0, B 90, C 0}"], (1, "out-of-reach")),
     "an external axis": ([HOME, "PTP {A1 5, E1 0, E2 3}"], (2, "external-axes")),
     "none": ([HOME, "PTP {A1 5, E1 0, E2 0.0}"], None),
     "after a point that is not whole nothing is known": (["PTP {A1 0, A2 -90}", "LIN_REL {Y 1}"], (2, "first-motion")),

@@ -1,6 +1,7 @@
 """`krl write` of a run or a table: PTP, LIN and CIRC within the tolerance, Status and Turn solved, run and compared."""
 
-from dataclasses import replace
+import math
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -8,10 +9,12 @@ from scipy.spatial.distance import cdist
 
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.six_joints.spherical_wrist import wrist_arm_geometry
+from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix
-from lwr_dyn.krl.writing.motion_program import Approximation, _root
-from lwr_dyn.krl.writing.path_fit import Tolerance, fitted_motions, path_deviation
-from lwr_dyn.krl.writing.path_program import WritingOptions, write_path
+from lwr_dyn.krl.running.program_run import ProgramError, run_program
+from lwr_dyn.krl.writing.motion_program import Approximation, PathProgram, ProgramSpeeds, _root, speeds_of
+from lwr_dyn.krl.writing.path_fit import FittedMotion, Tolerance, fitted_motions, path_deviation
+from lwr_dyn.krl.writing.path_program import WritingOptions, _possible, _slow_enough, write_path
 from lwr_dyn.krl.writing.sampled_path import path_of_motion, read_sampled_path
 from lwr_dyn.model.run import Motion
 from tests.krl.short_programs import HOME, run_of
@@ -90,6 +93,9 @@ def test_a_program_written_from_its_run_has_its_motions_again(arm):
     run = run_of(arm, HOME, *lines)
     written = write_path(path_of_motion(run.to_run(), arm), WritingOptions(tolerance=Tolerance(2e-4, 1e-3)))
     assert [m.kind for m in written.written.motions] == ["PTP", "LIN", "CIRC", "LIN"]
+    statements = [x.statement for x in written.written.program().source.lines]
+    found = [written.written.motion_at(i) for i, x in enumerate(statements, 1) if isinstance(x, s.Move)]
+    assert found == [-1, 0, 1, 2, 3]
     ends = [x.q for x in run.executed if x.kind != "WAIT"]
     again = [x.q for x in written.run.executed if x.kind != "WAIT"]
     np.testing.assert_allclose(again, ends, atol=np.radians(0.05))
@@ -182,6 +188,38 @@ def test_a_speed_that_an_axis_cannot_keep_is_lowered(arm, square):
     assert not [d for d in fast.run.diagnostics if d.code == "axis-speed"]
 
 
+def test_a_program_is_slowed_until_no_axis_is_over_its_speed_and_no_more(arm, square):
+    slow = replace(arm, limits=tuple(replace(x, velocity=x.velocity / 4) for x in arm.limits))
+    path = read_sampled_path(square, slow, **FRAMES)
+    program = write_path(path, WritingOptions(approximate=False), FRAMES["base"]).written
+    speeds = ProgramSpeeds(50, (1.0, 1.0, 1.0), 90.0)
+    found, run = _slow_enough(replace(program, speeds=speeds), None)
+    factor = found.speeds.cp[0]
+    assert math.log(factor, 0.8) == pytest.approx(round(math.log(factor, 0.8)))
+    assert astuple(found.speeds) == (int(50 * factor), (factor,) * 3, pytest.approx(90 * factor))
+    assert (factor < 1.0, [d for d in run.diagnostics if d.code == "axis-speed"]) == (True, [])
+    with pytest.raises(ProgramError, match="would have to turn at"):
+        run_program(replace(program, speeds=speeds.slower(factor / 0.8)).program(), slow)
+    assert astuple(speeds.slower(0.001)) == (1, (0.001,) * 3, 0.09)
+    assert astuple(ProgramSpeeds(50, (1.0,)).slower(0.5)) == (25, (0.5,), None)
+
+
+def test_where_a_path_in_space_is_impossible_it_is_ptp(arm):
+    t = np.linspace(0.0, 1.0, 51)
+    q = np.radians([0, -90, 90, 0, 40, 0]) + t[:, None] * np.radians([5, 5, 0, 0, -80, 0])
+    path = path_of_motion(Motion(t, q, np.gradient(q, t, axis=0), 0 * q), arm)
+    asked, last = [], len(path.q) - 1
+
+    def candidate(only_ptp):
+        asked.append(list(only_ptp))
+        motions = (FittedMotion("PTP" if only_ptp else "LIN", 0, last),)
+        return PathProgram("a", path, motions, speeds_of(path, motions, 0.01, 10), (None,), np.eye(4))
+
+    program, run = _possible(candidate, None)
+    assert (asked, [x.kind for x in program.motions]) == ([[], [(0, last)]], ["PTP"])
+    np.testing.assert_allclose(run.executed[-1].q, path.q[-1], atol=1e-5)
+
+
 def test_the_command_writes_prints_and_is_run_again(square, folder, printed):
     frames = ("--tool-data", "0,0,100,0,0,0", "--base-data", "1000,-100,1400,0,90,0")
     out = printed("krl", "write", "square.csv", *frames, "--tolerance-mm", "1")
@@ -196,6 +234,7 @@ def test_the_command_writes_prints_and_is_run_again(square, folder, printed):
 WRONG = {
     ("--motions", "LIN,FLY"): "kinds: LIN,FLY; allowed: some of LIN, CIRC, PTP, SPL, SPTP",
     ("--motions", "LIN,SPTP"): "kinds: LIN,SPTP; allowed: SPTP alone",
+    ("--angle-tolerance-deg", "0"): "tolerance: 0 deg; allowed: from 0.001 to 57 deg",
     ("--tolerance-mm", "0"): "tolerance: 0 mm; allowed: from 0.001 to 1000 mm",
     ("--tool-data", "1,2"): "--tool-data: 1,2; allowed: six numbers",
     ("--out", "if.src"): "name: 'if'; allowed: a name of KRL",

@@ -42,6 +42,10 @@ WRONG = {
     "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n0,-90,90,0,0,0\n": "nothing moves",
     "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n0,-90,90,0,0,9999\n": "A6 outside its range by",
     "X,Y,Z,A,B,C\n9000,0,0,0,0,0\n9001,0,0,0,0,0\n": "no branch follows it: out of reach by",
+    "X,Y,Z,A,B,C\n900,0,900,0,0,0\n900,0,900,0,0,0\n": "nothing moves",
+    "X,Y,Z,A,B,C\n900,0,900,0,0,0\n900,0,9E8,0,0,0\n": "too long; allowed: at most 200000 samples, 2 mm apart",
+    "A1,A2,A3,A4,A5,A6\n0,-90,90,0,0,0\n0,-90,90,0,0,1E6\n": "too long; allowed: at most 200000 samples, 0.5 deg apart",
+    "X,Y,Z,A,B,C,S,T\n1000,0,1400,0,90,0,5,0\n1000,9,1400,0,90,0,5,0\n": "no branch follows it: it begins with S ",
     "X,Y,Z,A,B,C\n900,0,900,0,0,0\n900,0,900,180,0,0\n": "half a turn between rows 2 and 3",
 }
 
@@ -52,6 +56,15 @@ def test_a_wrong_table_is_one_line(arm, tmp_path, text, message):
     with pytest.raises(LwrDynError) as fault:
         read_sampled_path(tmp_path / "wrong.csv", arm)
     assert message in str(fault.value)
+
+
+def test_rows_of_poses_that_repeat_count_once_and_those_between_take_their_share_of_the_time(arm, tmp_path):
+    rows = "0,1000,0,1400,0,90,0\n1,1000,0,1400,0,90,0\n3,1000,6,1400,0,90,0\n4,1000,6,1400,0,90,1.4\n"
+    (tmp_path / "a.csv").write_text(f"t,X,Y,Z,A,B,C\n{rows}")
+    path = read_sampled_path(tmp_path / "a.csv", arm)
+    np.testing.assert_allclose(path.t, [0.0, 1 + 2 / 3, 1 + 4 / 3, 3.0, 3 + 1 / 3, 3 + 2 / 3, 4.0], atol=1e-12)
+    np.testing.assert_allclose(1e3 * path.T[:, 1, 3], [0, 2, 4, 6, 6, 6, 6], atol=1e-9)
+    np.testing.assert_allclose(lwr_dyn.forward_kinematics(arm, path.q), path.T, atol=1e-9)
 
 
 def test_a_program_is_no_table_and_six_axes_are_no_way_of_an_arm_with_seven(arm, tmp_path):
