@@ -1,6 +1,7 @@
 """Options of loading: mounts, tools and rotors, what a run finds again, and what is refused in one line."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -100,6 +101,8 @@ def test_a_written_urdf_carries_rotors_and_a_run_finds_its_arm_with_them_its_mou
         arm, lwr_dyn.controller("pd-gravity", arm), lwr_dyn.reference("hold", arm, q=STATES[0, 0]), duration=0.002
     )
     assert arm_of(run) is arm
+    with pytest.raises(LwrDynError, match="run: loaded with options that do not exist; allowed: a run made by simul"):
+        arm_of(replace(run, setup=None, meta={**run.meta, "loaded_with": {"lens": 1}}))
 
 
 def test_advice_says_which_are_missing_and_other_commands_do_not(lwr_dyn_command):

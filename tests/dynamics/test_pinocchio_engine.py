@@ -1,13 +1,21 @@
 """Pinocchio's flange pose and Jacobian are those of the native chain; it reads files, with rotors from an .srdf."""
 
+import pickle
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.dynamics.pinocchio_engine import file_model, flange_and_jacobian, flange_poses, pinocchio_model
+from lwr_dyn.dynamics.pinocchio_engine import (
+    file_model,
+    flange_and_jacobian,
+    flange_poses,
+    pinocchio_model,
+    rotation_vector,
+)
 from lwr_dyn.kinematics.forward import jacobian
+from lwr_dyn.model.spatial import turn_about
 from tests.random_arms import random_arm
 from tests.tolerances import EXACT, METRES
 
@@ -23,13 +31,20 @@ INSTALLED = lwr_dyn.load(
 )
 def test_flange_and_jacobian_are_those_of_the_chain(arm):
     pose_and_jacobian = flange_and_jacobian(arm)
+    there = pickle.loads(pickle.dumps(pose_and_jacobian))
     for q in np.random.default_rng(0).uniform(-1, 1, (5, arm.n)):
         pose, J = pose_and_jacobian(q)
         assert np.abs(pose - lwr_dyn.forward_kinematics(arm, q)).max() < METRES
         assert np.abs(J - jacobian(arm.chain, q)).max() < METRES
+        assert all(map(np.array_equal, there(q), (pose, J)))
 
 
 MODELS = Path(__file__).resolve().parents[2] / "models" / "lwr4plus"
+
+
+def test_a_rotation_is_an_axis_times_its_angle():
+    axis = np.array([1.0, 2.0, -2.0]) / 3.0
+    np.testing.assert_allclose(rotation_vector(turn_about(axis, np.array([0.7]))[0]), 0.7 * axis, atol=1e-15)
 
 
 def test_a_file_has_rotors_only_with_its_srdf():

@@ -33,6 +33,9 @@ def test_the_regressor_times_the_parameters_is_the_recursion(seed):
 def test_friction_is_one_up_another_down_and_none_at_rest():
     Y = friction_columns(np.array([0.5, -0.5, 0.0]), np.array([2.0, 3.0, 4.0]))
     assert Y.tolist() == [[2.0, 1.0, 0.5, 0.0, 0.0], [3.0, 0.0, 0.0, -1.0, -0.5], [4.0, 0.0, 0.0, 0.0, 0.0]]
+    names = "m mx my mz Ixx Ixy Ixz Iyy Iyz Izz", "armature coulomb+ viscous+ coulomb- viscous-"
+    wanted = [f"{x}_{i}" for group in names for i in (1, 2) for x in group.split()]
+    assert list(Regressor(random_arm(1, "RP").chain).names) == wanted
 
 
 TEXT = (Path(__file__).parent / "puma560.toml").read_text(encoding="utf-8")

@@ -8,8 +8,9 @@ from typing import Annotated, Literal, NotRequired, TypedDict
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
+from numpy.typing import NDArray
 
-from lwr_dyn.foundation.document import Document, Fact, Note, PageFigure, Section, type_of
+from lwr_dyn.foundation.document import CAVEATS_ARE, Document, Fact, Note, PageFigure, Section, type_of
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import Heading, Marked, Table, aligned, json_text
 
@@ -108,6 +109,14 @@ def test_types_of_the_schema():
     }  # fmt: skip
     assert type_of(Literal["a"] | None) == {"enum": ["a", None]}
     assert type_of(int | str | None) == {"anyOf": [{"type": "integer"}, {"type": "string"}, {"type": "null"}]}
+    assert type_of(NDArray[np.float64]) == {"type": "array", "items": {"type": ["number", "null"]}}
+    found = Document("", "v", [Section("", [Fact("m", {"a": 1})])], caveats=["is printed"])
+    assert (found.text(), found.record()) == ("is printed\nv", {"caveats": ["is printed"], "m": {"a": 1}})
+    inside = {"type": "object", "properties": {"a": {"type": "integer"}}, "required": ["a"]}
+    assert found.schema()["properties"] == {
+        "caveats": {"description": CAVEATS_ARE, "type": "array", "items": {"type": "string"}},
+        "m": inside | {"additionalProperties": False},
+    }
     assert type_of(dict[str, bool]) == {"type": "object", "additionalProperties": {"type": "boolean"}}
 
 

@@ -5,10 +5,6 @@ import pytest
 from lwr_dyn.foundation import errors
 
 SENTENCES = [
-    (
-        errors.SingularMassError(2),
-        "forward dynamics: joint 2 moves no inertia; allowed: mass or a rotor at or beyond each joint",
-    ),
     (errors.ShapeError("q", "shape (3,)", "(..., 7)"), "q: shape (3,); allowed: (..., 7)"),
     (errors.OptionError("port", 70000, "0..65535"), "port: 70000; allowed: 0..65535"),
     (errors.PaperError("a.toml", "dh.a", "missing", "a column"), "a.toml: dh.a: missing; allowed: a column"),
@@ -40,6 +36,8 @@ OTHERS = [
      "a.csv: row 2: 3 cells; needed: 2 cells"),
     (errors.MissingDataError("a", "masses", "dynamics"), {"arm": "a", "missing": "masses", "needed_for": "dynamics"},
      "a: masses not given; needed for dynamics"),
+    (errors.SingularMassError(2), {"joint": 2},
+     "forward dynamics: joint 2 moves no inertia; allowed: mass or a rotor at or beyond each joint"),
     (errors.SingularArmError(3, "stretched"), {"index": 3, "why": "stretched"},
      "row 3 of the path: stretched; allowed: poses and arm angles away from singularities"),
     (errors.NotPhysicalError("a", ["l1", "l2"]), {"arm": "a", "links": ("l1", "l2")},

@@ -94,6 +94,10 @@ def test_the_cache_folder_is_the_one_that_is_named_or_below_the_home(tmp_path, m
     assert files.cache_folder() == tmp_path / "caches" / "lwr_dyn"
     monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "kernels"))
     assert files.cache_folder() == tmp_path / "kernels"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setattr(files.Path, "home", lambda: (_ for _ in ()).throw(RuntimeError()))
+    with pytest.raises(FileAccessError, match="~: no home folder; allowed: a folder in HOME"):
+        files.user_folder()
 
 
 def test_only_a_regular_file_of_at_most_the_given_size_is_readable(tmp_path):

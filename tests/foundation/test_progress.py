@@ -107,6 +107,9 @@ def test_the_first_ctrl_c_asks_and_the_second_one_stops():
         assert called == [1]
         signal.raise_signal(signal.SIGINT)
     assert signal.getsignal(signal.SIGINT) is before
+    with stop_asked():
+        assert signal.getsignal(signal.SIGINT) is not before
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_an_ignored_ctrl_c_stays_ignored_and_another_thread_is_left_alone():

@@ -14,7 +14,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.controllers import CONTROLLERS
 from lwr_dyn.foundation.errors import LwrDynError, MissingPackageError, OptionError, UnknownNameError
-from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, Row, options_of
+from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, Row, check_options, options_of
 from lwr_dyn.kinematics.inverse import IK_SOLVERS
 from lwr_dyn.trajectory.references.references import REFERENCES
 
@@ -211,6 +211,14 @@ def test_the_command_takes_rows_of_another_package_with_their_options(distributi
     done = command("sick")
     assert done.stderr.count("\n") == 1
     assert "sick_module: ZeroDivisionError" in done.stderr
+
+
+def test_a_factory_of_any_keywords_takes_them_and_needs_its_own():
+    def free(arm, *, size, **more): ...
+
+    check_options("free", free, 1, {"size": 1, "any": 2})
+    with pytest.raises(OptionError, match="size: not given; allowed: a value, which free needs"):
+        check_options("free", free, 1, {"any": 2})
 
 
 def test_options_come_from_annotations_of_functions_and_classes():

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import MissingDataError, OptionError, RatingWarning, UnknownNameError
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, RatingWarning, ShapeError, UnknownNameError
+from lwr_dyn.foundation.registry import Option, Quantity
 from lwr_dyn.kinematics.forward import jacobian
-from lwr_dyn.model.arm import JointGains, JointLimits, Ratings, arm_with_payload, arm_with_scaled_inertia
+from lwr_dyn.model.arm import JointGains, JointLimits, Ratings, arm_with_payload, arm_with_scaled_inertia, si_value
 from lwr_dyn.model.chain import Rotor, with_payload
 from lwr_dyn.model.friction import symmetric
+from tests.random_arms import random_arm
 
 ARM = lwr_dyn.load("lwr4plus")
 WAM = lwr_dyn.load("wam7")
@@ -87,6 +89,20 @@ def test_a_payload_is_a_point_at_the_flange_where_nothing_else_is_said():
             arm_with_scaled_inertia(ARM, factor)
     gains = JointGains(*np.arange(8.0).reshape(4, 2)).of_joints([1])
     assert [x.tolist() for x in (gains.Kp, gains.Kd, gains.Ki, gains.effort)] == [[1.0], [3.0], [5.0], [7.0]]
+
+
+def test_options_are_given_in_degrees_and_metres():
+    sliding = random_arm(1, "RP")
+    for kind, given, wanted in (
+        (Quantity.ANGLE, 90.0, np.pi / 2), (Quantity.ANGLES, (0.0, 90.0, 180.0), (0.0, np.pi / 2, np.pi)),
+        (Quantity.JOINT_POSITIONS, (90.0, 0.5), (np.pi / 2, 0.5)), (Quantity.POINT, (1.0, 2.0, 3.0), (1.0, 2.0, 3.0)),
+    ):  # fmt: skip
+        assert np.array_equal(si_value(Option(kind, ""), given, sliding, "--x"), wanted)
+    assert [si_value(Option(bool, "", default=x), None, sliding, "--x") for x in (True, False)] == [False, True]
+    with pytest.raises(ShapeError, match=f"--x: 3 numbers; allowed: 2 numbers: {sliding.name} has 2 joints"):
+        si_value(Option(Quantity.JOINT_POSITIONS, ""), (1.0, 2.0, 3.0), sliding, "--x")
+    with pytest.raises(ShapeError, match="--x: 2 numbers; allowed: 3 numbers"):
+        si_value(Option(Quantity.ANGLES, ""), (1.0, 2.0), sliding, "--x")
 
 
 def test_impossible_locks_are_refused():

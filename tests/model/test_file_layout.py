@@ -6,7 +6,7 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.model.chain import Body, with_payload
-from lwr_dyn.model.file_layout import WrittenLink, fitting, heavy, welded
+from lwr_dyn.model.file_layout import Drawing, WrittenLink, fitting, heavy, welded
 from lwr_dyn.model.spatial import Pose, rot_x
 from tests.arms.urdf import small_files
 from tests.arms.urdf.small_files import LINK, joint, robot
@@ -29,6 +29,7 @@ def test_a_weld_is_the_sum_of_its_heavy_links_and_an_arm_of_a_data_file_has_no_l
     arm = lwr_dyn.load("lwr4")
     assert arm.layout is None
     assert fitting(None, arm.chain) is None
+    assert Drawing() == Drawing(0.0, (), ())
 
 
 def test_a_layout_fits_a_chain_of_the_same_joints_and_frames_alone(tmp_path):

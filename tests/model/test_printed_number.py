@@ -55,6 +55,12 @@ def test_a_value_agrees_with_itself_rounded_and_not_with_the_next_digit(value, d
     assert not agrees(text, value + 1.01 * float(last_digit(text)))
 
 
+def test_what_prints_no_number_has_no_last_digit_and_agrees_with_nothing():
+    for function, text, *more in ((last_digit, "inf"), (last_digit, "1 2"), (agrees, "-", 1.0)):
+        with pytest.raises(ValueError, match=f"^{text}$"):
+            function(text, *more)
+
+
 def test_a_finer_step_narrows_what_agrees_and_slack_widens_it():
     assert [agrees("0", 0.4), agrees("0", 0.4, "0.01"), agrees("0.25", 0.2549, "1")] == [True, False, True]
     assert [printed_number("2.0").meets(2.07, slack) for slack in (0.0, 0.019, 0.021)] == [False, False, True]

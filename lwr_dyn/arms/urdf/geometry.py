@@ -200,7 +200,7 @@ def _below_base(arm: Arm, radius: float, links: Sequence[Primitive]) -> float:
         frames[link.link] = here
     near = {name for name, frame in frames.items() if float(np.linalg.norm(frame.position)) < 2.0 * radius}
     low = [_lowest(frames[shape.link] @ shape.pose, shape) for shape in links if shape.link in near]
-    return max(0.0, -min(low, default=0.0))
+    return max([0.0, *(-height for height in low)])
 
 
 def _lowest(pose: Pose, shape: Primitive) -> float:

@@ -16,7 +16,9 @@ from lwr_dyn.arms.urdf.model_files import provenance_text
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.chain import Convention, Rotor
+from lwr_dyn.model.spatial import Pose, from_rpy
 from tests.agreement.test_foreign_arms import ROBOTS
+from tests.arms.export.test_dh_table import changed
 from tests.random_arms import random_arm
 from tests.tolerances import EXACT, METRES
 
@@ -89,6 +91,8 @@ def test_motors_gains_shares_of_the_load_and_a_contradiction_come_back(tmp_path)
     links = ", ".join(f"link_{k} is {x.link}" for k, x in enumerate(arm.chain.links, start=1))
     assert f'links = "{links}"' in data_file_text(arm)
     assert np.array_equal(back.transmission.matrix, arm.transmission.matrix)
+    columns = [set(tomllib.loads(data_file_text(x))["transmission"]) for x in (arm, lwr_dyn.load("tx40"))]
+    assert columns == [{"ratio", "signs"}, {"matrix"}]  # one ratio a joint; two of joint 6
     assert "load" not in data_file_text(arm).partition("[friction]")[2].partition("[gains]")[0]
     blocks = [json.loads(provenance_text(x))["friction"]["joint_7"] for x in (grows, arm)]
     assert [block.get("load") for block in blocks] == [0.05, None]
@@ -108,6 +112,15 @@ def test_what_is_not_known_stays_unknown_and_limits_of_no_width_are_said_and_lef
     flat = replace(arm, limits=(JointLimits(lower=0.0, upper=0.0), *arm.limits[1:]))
     assert again(flat, Convention.STANDARD, tmp_path).limits == (JointLimits(), *arm.limits[1:])
     assert 'lacks = "limits of joint_1: 0.0 to 0.0"' in data_file_text(flat)
+    links = (replace(arm.chain.links[0], body=None), *arm.chain.links[1:])
+    back = again(replace(arm, chain=replace(arm.chain, links=links)), Convention.STANDARD, tmp_path)
+    assert [body.unknown for body in back.chain.bodies] == [tuple(range(10)), *[()] * 6]
+
+
+def test_almost_parallel_axes_come_back(tmp_path):
+    arm = changed(2, after=Pose(from_rpy((np.pi - 2.65e-6, 0.0, 0.0)), np.array([0.1, 0.41, 0.1])))
+    assert "beta" in tomllib.loads(data_file_text(arm))["dh"]
+    assert_same(arm, again(arm, Convention.STANDARD, tmp_path))
 
 
 def test_each_column_names_file_and_elements_and_an_estimate_stays_one(tmp_path):

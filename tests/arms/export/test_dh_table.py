@@ -133,6 +133,8 @@ def test_rows_of_parallel_axes_of_the_end_of_a_chain_and_with_a_normal_where_the
     left, normal, right = decomposed(Pose(from_rpy((0, 0, 0.3)), np.array([0.0, 0.0, 0.5])), keep_left=True)
     assert (left, normal) == (Screw(0.3, 0.5), Normal())
     assert abs(right.theta) < 1e-15
+    left, normal, right = decomposed(Pose(from_rpy((0, 0, 0.3)), np.array([0.0, 0.0, 0.5])))
+    assert (left, normal, right) == (Screw(), Normal(), Screw(pytest.approx(0.3, abs=1e-15), 0.5))
     pose = Pose(from_rpy((math.pi / 2, 0, 0)), np.array([-0.1, 0.0, 0.0]))
     for screw, wanted in ((Screw(), (0.0, -0.1)), (Screw(math.pi), (math.pi, 0.1))):
         left, normal, _ = decomposed(pose, screw)

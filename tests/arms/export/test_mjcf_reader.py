@@ -187,6 +187,12 @@ def test_all_ways_to_write_a_chain_agree_with_mujoco_and_a_site_is_a_tip(foreign
     assert np.abs(poses[0] - poses[1]).max() < 1e-12
     body, site = (lwr_dyn.load(foreign, tip=name) for name in ("wrist", "point"))
     poses = [lwr_dyn.forward_kinematics(arm, np.full(4, 0.3)) for arm in (body, site)]
+    foreign.write_text(FOREIGN.replace('site name="point"', 'site name="wrist"'))  # which is the body's name
+    again = lwr_dyn.load(foreign, tip="wrist")
+    assert np.array_equal(lwr_dyn.forward_kinematics(again, np.full(4, 0.3)), poses[0])
+    foreign.write_text(FOREIGN.replace('name="third"', 'name="point_site"').replace('"third"', '"point_site"'))
+    with pytest.raises(UrdfError, match=r"foreign.xml: joint point_site: used twice; allowed: a name of its own"):
+        lwr_dyn.load(foreign, tip="point")
     c, s = np.cos(np.radians(10)), np.sin(np.radians(10))
     turned = np.array([[c, -s, 0, 0.1], [s, c, 0, 0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]])  # eulerseq begins with z
     assert np.abs(poses[0] @ turned - poses[1]).max() < 1e-12

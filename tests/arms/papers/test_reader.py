@@ -6,10 +6,10 @@ import pytest
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper, template
-from lwr_dyn.arms.papers.reader import parse_paper
+from lwr_dyn.arms.papers.reader import paper_of_tables, parse_paper
 from lwr_dyn.arms.urdf.model_files import provenance_text
 from lwr_dyn.foundation.errors import FileAccessError, PaperError, UnknownNameError
-from lwr_dyn.foundation.fields import LARGEST
+from lwr_dyn.foundation.fields import LARGEST, parse_toml
 
 GOOD = template("own.toml", "own", "RP", "standard")
 
@@ -35,6 +35,9 @@ FAULTS = {
                                 "mass.sigma.*2e.30; allowed: a number below 1e.30"),
     "unknown joint kind": ('"prismatic"]', '"screw"]',
                            r"joints.kinds\[1\]: 'screw'; allowed: one of revolute, prismatic"),
+    "no DH table": ("[dh]", "[frames]", "dh: missing; allowed: a table of DH columns"),
+    "a sign a joint": ('products = "tensor"', 'products = ["tensor"]',
+                       "inertial.inertia.products: 1 entries; allowed: one word, or 2, one per joint"),
     "no joints": ('kinds = ["revolute", "prismatic"]', "kinds = []", "joints.kinds: an empty list"),
     "same name twice": ('# names = ["A1", "A2"]  ', 'names = ["A1", "A1"]  #',
                         "joints.names: .*allowed: 2 different names"),
@@ -77,6 +80,10 @@ def test_an_erratum_changes_only_its_reading_and_is_recorded():
     mended = parse_paper(GOOD + ERRATUM, "own.toml", "corrected").columns["inertial.mass"]
     assert mended.values == (2.0, 3.0)
     assert mended.errata == {1: ("mass-2",)}
+    tables = parse_toml(GOOD + ERRATUM, "own.toml")
+    for reading, read, masses in (("corrected", (), (2.0, 2.0)), ("printed", ("mass-2", "other"), (2.0, 3.0))):
+        paper = paper_of_tables(tables, "own.toml", reading, errata_read=read)
+        assert paper.columns["inertial.mass"].values == masses
 
 
 @pytest.mark.parametrize(

@@ -238,3 +238,22 @@ def test_floor_and_foot_of_a_mounted_arm():
     assert floor_height(tilted) == pytest.approx(2.0 - 0.4 * np.cos(0.4) - 0.16 * np.sin(0.4))
     tool = made(*joints, drawing=pedestal, tool=Tool(at(0, 0.3, 0.4)))
     assert shown(tool, "flange")[-1] == ("flange", "dark", 0, 0.15, 0.2, 0, 0.6, 0.8, 0.03, 0.5)
+
+
+def test_a_lean_a_limb_a_rail_and_a_floor_are_judged_at_their_bounds():
+    drawing, first, end = Drawing(radius=(R, R)), (TURNS, at(0, 0, 0.5), {}), (None, at(0, 0, 0.4), {})
+    for part, beyond in ((0.95, False), (1.05, True)):
+        lean = np.arcsin(0.2 * part)  # up to a sine of 0.2 a limb is along its axis, and a corner is straight
+        hand = (None, at(0.8 * np.sin(lean), 0, 0.8 * np.cos(lean)), {})
+        arm = made(first, (TURNS, at(0, 0, 0.4), {}), hand, drawing=drawing)
+        assert shown(arm, "l2")[0][1] == ("grey" if beyond else "dark")
+        arm = made(first, (TURNS, at(0, 0, 0.4, rot_y(lean)), {}), end, drawing=drawing)
+        assert shown(arm, "l2")[0][1] == ("grey" if beyond else "dark")
+        arm = made(first, (TURNS, at(0, 0, 1e-6 * part, ACROSS), {}), end, drawing=drawing)
+        assert (shown(arm, "l1") != []) == beyond
+        arm = made((TURNS, at(0, 0, 0), {}), (SLIDES, at(0, 0, 0.3, rot_x(1e-3 * part)), {}), end, drawing=drawing)
+        assert shown(arm, "l2")[0][1] == ("grey" if beyond else "dark")  # a rod in a guide, a carriage on a rail
+        arm = made((SLIDES, at(0, 0, 0.3, rot_x(np.arccos(-0.5 * part))), {}), end, drawing=Drawing(radius=(R,)))
+        assert shown(arm, "l1")[0][1] == ("grey" if beyond else "dark")
+        mount = at(0, 0, 2.0, rot_y(np.arccos(0.9 * part)))
+        assert (floor_height(made(first, end, drawing=Drawing(pedestal=0.4, radius=(R,)), mount=mount)) > 1.0) == beyond

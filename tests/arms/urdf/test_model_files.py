@@ -10,6 +10,7 @@ import lwr_dyn
 from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.arms.urdf import model_files
 from lwr_dyn.arms.urdf.model_files import UNSOURCED, provenance_text, quantity_sources
+from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.arm import Source
 from lwr_dyn.model.spatial import Pose, rot_x
 from tests.random_arms import random_arm
@@ -43,6 +44,8 @@ def test_an_arm_that_was_built_in_code_has_no_source_and_blocks_only_what_the_ar
     one_rotor = lwr_dyn.load("kr30ha", rotor={"A2": 80.0})
     assert sorted(model_files.model_files(one_rotor, "k")) == ["k.provenance.json", "k.srdf", "k.urdf", "k.xml"]
     assert sorted(model_files.model_files(lwr_dyn.load("lwr4"))) == ["lwr4.provenance.json", "lwr4.urdf"]
+    with pytest.raises(MissingDataError, match="lwr4: rotors not given; needed for an SRDF"):
+        model_files.srdf_text(lwr_dyn.load("lwr4"))
     plain = random_arm(3, "RP")
     assert (model_files.sidecar_blocks(plain), model_files.sidecar_quantities(plain)) == ({}, ())
 

@@ -68,6 +68,8 @@ def test_stand_ins_are_unknown_and_names_taken_under_our_own_header_only(tmp_pat
     assert arm.joint_names == ("flange_joint", "j2")
     assert [x.link for x in arm.chain.links] == ["base_", "flange_"]
     assert same_dynamics(read_urdf(written(tmp_path, urdf_text(arm), "again.urdf")), arm)
+    taken = robot(joint("j1", "x", "base"), joint("j2", "base", "base_"), x="", base=LINK, base_=LINK)
+    assert [x.link for x in read_urdf(written(tmp_path, taken)).chain.links] == ["base__", "base_"]
 
 
 def test_zeros_on_a_welded_frame_say_nothing_about_the_link_that_carries_it(tmp_path):

@@ -67,6 +67,36 @@ def test_the_tip_of_the_one_obvious_arm(tmp_path, case):
     assert arm.layout.tip == tip
 
 
+FOUR, PAIR = chain("base", *"abcd"), ("l", "r")
+BRANCHES = (  # joints, and the tip of the one arm, or how many arms and legs there are
+    ([*FOUR, *chain("base", "u", "v")], "d"),  # twice as long as the other
+    ([*FOUR, *chain("base", "u", "v", "w")], 2),
+    ([*chain("base", *"abc"), *chain("base", "u")], 2),  # of fewer than four joints none is the arm
+    ([*FOUR, *(x for f in PAIR for x in chain("d", f"{f}1", f"{f}2", f"{f}3"))], "d"),  # fingers shorter than the arm
+    ([*FOUR, *(x for f in PAIR for x in chain("d", f"{f}1", f"{f}2", f"{f}3", f"{f}4"))], 2),
+    ([*chain("base", *"abc"), *(x for f in PAIR for x in chain("c", f"{f}1", f"{f}2"))], 2),  # three joints are no arm
+    ([*FOUR, *chain("d", "jaw", "tip")], "tip"),  # one finger has one joint
+    ([x for k in range(12) for x in chain("base", f"w{k}")], 12),
+)
+
+
+@pytest.mark.parametrize(("joints", "found"), BRANCHES)
+def test_where_joints_branch_off_lengths_decide(tmp_path, joints, found):
+    _, tree = tree_of(tmp_path, joints)
+    if isinstance(found, str):
+        assert obvious_tip(tree) == found
+        return
+    with pytest.raises(UrdfError, match=rf"the tree has {found} arms or legs; .* joints?\)$"):
+        obvious_tip(tree)
+
+
+@pytest.mark.parametrize("count", [6, 7])
+def test_a_note_names_six_other_ends(tmp_path, count):
+    path, _ = tree_of(tmp_path, [*ARM, *(x for k in range(count) for x in chain("f", f"g{k}"))])
+    ends = ", ".join(f"g{k}" for k in range(6)) + (" ..." if count > 6 else "")
+    assert read_urdf(path).notes[0] == f"the arm ends at f; another end: --tip LINK, such as {ends}"
+
+
 def test_several_arms_are_listed_with_what_to_type_and_an_unknown_tip_names_their_ends_first(tmp_path):
     joints = [*chain("base", "torso"), *chain("torso", *"abcdef"), *FINGERS, *chain("torso", *"uvwxyz")]
     joints += [*chain("torso", "pan", "tilt"), *chain("base", "k1", "k2", "k3"), *chain("base", "m1", "m2", "m3")]

@@ -158,10 +158,11 @@ def _again_and_again(read, text, names):
     [
         ("gone + 1", NameError, "'gone' is not defined"),
         ("prefix(1)", TypeError, "prefix is no function"),
+        ("a[0]", ExpressionError, "an index of a"),
         ("factorial(3)", ExpressionError, "a call of factorial"),
         ("1" + " + 1" * 3000, ExpressionError, "longer than 10000 characters"),
     ],
-    ids=range(4),
+    ids=range(5),
 )
 def test_what_cannot_be_read_is_said(names, text, error, words):
     with pytest.raises(error, match=words):

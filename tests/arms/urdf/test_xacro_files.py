@@ -48,6 +48,21 @@ def test_what_is_refused_says_how_it_is_trusted_and_trusted_it_is_run(tmp_path):
         expand_xacro(xacro_file(tmp_path, '<link name="${gone}"/>'))  # what xacro itself refuses
 
 
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        (
+            '<link name="$(find no_such_package)"/>',
+            "the package no_such_package is not above or beside the file, or in",
+        ),
+        ("<link name=\"${xacro.load_yaml('none.yaml')}\"/>", r"No such file or directory: .*none\.yaml"),
+    ],
+)
+def test_what_is_not_there_is_said(tmp_path, body, words):
+    with pytest.raises(UrdfError, match=words):
+        expand_xacro(xacro_file(tmp_path, body))
+
+
 def test_long_messages_are_cut_and_of_a_package_file_the_beginning_is_read(tmp_path):
     def said(letters):
         with pytest.raises(UrdfError) as fault:

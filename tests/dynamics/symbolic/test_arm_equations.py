@@ -40,8 +40,10 @@ def kr30():
     return derived("first two of the KR 30")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("case", CASES)
+QUICK = ("first two of the LWR, with rotors", "numbers instead of letters", "a held joint beyond, at no right angle")
+
+
+@pytest.mark.parametrize("case", [x if x in QUICK else pytest.param(x, marks=pytest.mark.slow) for x in CASES])
 def test_the_numbers_are_pinocchios_on_the_reduced_model(case):
     part = derived(case)
     symbolic = compile_equations(part.equations).at(part.values)
