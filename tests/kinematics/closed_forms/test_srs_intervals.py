@@ -27,8 +27,11 @@ LEVELS = (0.0, 0.2, -0.6, srs_margins.NO_LIMIT)
 
 @cache
 def _code(wholes):
+    """With arrays that are NaN until they are written: in machine code they hold anything."""
     known = {name: x for name, x in python_names({}).items() if isinstance(x, float)}
-    return compile(python_text(text_tree(("shared", "srs", "srs_intervals"), wholes, *ENTRIES), known), "srs", "exec")
+    text = python_text(text_tree(("shared", "srs", "srs_intervals"), wholes, *ENTRIES), known)
+    assert text.count("= [0.0] * ") > 20
+    return compile(text.replace("= [0.0] * ", "= [float('nan')] * "), "srs", "exec")
 
 
 class Case:
@@ -213,3 +216,23 @@ def test_turns_margins_and_arm_angles_that_are_nearest(case):
         assert abs(wrap(found - psi)) <= np.abs(wrap(grid - psi)).min() + CLOSE
         assert any(x - CLOSE <= found <= y + CLOSE for x, y in pairs)
         assert case.text["nearest_arm_angle"]([], 0, psi) == psi
+
+
+def test_what_is_at_a_bound_to_the_last_bit_touches_it():
+    arm = lwr_dyn.load("lwr4plus")
+    numbers = numbers_of_srs(arm, require_srs(arm)) | {"LENGTHS": np.array([0.5, 0.25]), "REACH_SLACK": 2.0**-40}
+    text = python_names(numbers)
+    exec(_code(whole_numbers(numbers)), text)
+    for distance, sign in ((0.75 + 2.0**-40, 1.0), (0.25 - 2.0**-40, -1.0)):
+        assert text["reach_excess"](distance) == 0.0
+        assert text["reach_excess"](distance + sign * 2.0**-45) == 2.0**-40 + 2.0**-45
+    cuts = [9.0, 9.0]
+    for sign in (1.0, -1.0):
+        for value, root in ((1.0 + 1e-12, sign * np.pi / 2.0), (np.nextafter(1.0 + 1e-12, 2.0), -np.pi)):
+            text["roots"](0.0, 1.0, -sign * float(value), cuts, 0)
+            assert cuts == pytest.approx([root, root], abs=1e-15)
+    for place, extreme in enumerate((1.0 - 1e-14, -1.0 + 1e-14)):
+        for value, touches in ((extreme, True), (np.nextafter(extreme, 0.0), False)):
+            text["alignment_cuts"]([0.5, 0.0, float(value) - np.copysign(0.5, extreme)], 0, cuts, 0)
+            assert cuts == [-np.pi if not touches or k != place else k * np.pi for k in range(2)]
+    assert text["nearest_arm_angle"]([-1.5, -0.5, 0.5, 1.5], 2, 0.0) == -0.5
