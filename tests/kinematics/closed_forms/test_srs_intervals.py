@@ -50,6 +50,7 @@ class Case:
         q = np.random.default_rng(1).uniform(-2.0, 2.0, (14, 7))
         straight, first, last = slice(8, 13), [2, 4, 6, 9, 11], [3, 4, 7, 10, 11]
         q[straight, 3], q[first, 1], q[last, 5] = g.straight, -g.first.offset, -g.last.offset
+        q[5, 3] = g.straight + 0.5
         q[[6, 12], 1], q[[7, 12], 5] = np.pi - g.first.offset, np.pi - g.last.offset
         self.T = T = fk(arm, q)
         to_wrist = T[:, :3, 3] + T[:, :3, :3] @ g.wrist_in_flange - g.shoulder
@@ -158,7 +159,8 @@ def test_branches_at_an_arm_angle_and_back(case):
             wanted = closed_form(case.geometry, case.ranges, case.rows(k), angles, signs)
             assert np.abs(wrap(np.reshape(out, (8, 7)) - wanted)).max() < 1e-6
             assert np.abs(np.reshape(out, (8, 7)) - case.ranges.middle).max() < np.pi + CLOSE
-            for q, sign in zip(wanted if k < 2 else (), BRANCHES, strict=False):
+            away = k < 8 and psi in (0.7, -2.0)  # from alignments, where the branches meet
+            for q, sign in zip(wanted if away else (), BRANCHES, strict=False):
                 found = [0.0] * 4
                 case.text["inverse_kinematics_arm_angle"](q.tolist(), found)
                 assert tuple(found[1:]) == tuple(sign)
@@ -175,13 +177,14 @@ def nearest(case, q, near):
 
 def test_the_nearest_position(case):
     rng, statuses = np.random.default_rng(2), []
-    for k, T in enumerate(case.T):
+    for k in (*range(14), *range(6), *range(8)):
+        T = case.T[k]
         near, psi, out, best = rng.uniform(-9.0, 9.0, 7), float(rng.uniform(-3.0, 3.0)), [9.0] * 7, (np.inf, 2, 9.0)
         status = case.text["inverse_kinematics_near"](T.ravel().tolist(), psi, near.tolist(), out)
         statuses.append(status)
         if k == 13:
             assert (status, out) == (3, [9.0] * 7)
-            break
+            continue
         intervals = srs_margins.intervals_at_level(case.problem(k), 0.0)
         for b, branch in enumerate(BRANCHES):
             pairs = intervals.of(b)
@@ -235,4 +238,13 @@ def test_what_is_at_a_bound_to_the_last_bit_touches_it():
         for value, touches in ((extreme, True), (np.nextafter(extreme, 0.0), False)):
             text["alignment_cuts"]([0.5, 0.0, float(value) - np.copysign(0.5, extreme)], 0, cuts, 0)
             assert cuts == [-np.pi if not touches or k != place else k * np.pi for k in range(2)]
+    F, cuts, found = [0.0] * 54, [0.0] * 29, [0.0] * 4
+    F[2], F[4], F[10] = 1e-13, 0.6, 0.8  # rolls that hardly turn about one line: not as if they did
+    for tilt, count in ((1e-13, 0), (float(np.nextafter(1e-13, 0.0)), 8)):
+        F[2] = tilt
+        text["ball_cuts"](F, 0, 1.0, 0, 2.0, [0.0] * 42, cuts, 0)
+        assert sum(x > -np.pi for x in cuts[1:9]) == count
+    g = require_srs(arm)
+    text["inverse_kinematics_arm_angle"]([0.3, -g.first.offset, 0.1, g.straight, 0.2, -g.last.offset, 0.4], found)
+    assert found[1:] == [1.0, 1.0, 1.0]
     assert text["nearest_arm_angle"]([-1.5, -0.5, 0.5, 1.5], 2, 0.0) == -0.5
