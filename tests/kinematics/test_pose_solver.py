@@ -124,9 +124,7 @@ def test_options_are_checked():
             lwr_dyn.ik_solver(arm_named("kr30ha"), **options)
 
 
-@pytest.mark.parametrize(
-    ("below", "above", "joint", "excess"), [(0.3, 0.2, "joint_2", 0.3), (0.1, 0.2, "joint_5", 0.2)]
-)
+@pytest.mark.parametrize(("below", "above", "joint", "excess"), [(0.3, 0.2, "A2", 0.3), (0.1, 0.2, "A5", 0.2)])
 def test_the_error_names_the_joint_that_is_furthest_outside(below, above, joint, excess):
     arm = arm_named("kr30ha")
     q, solve = (arm.lower + arm.upper) / 2.0, lwr_dyn.ik_solver(arm, search="pinocchio")
