@@ -13,7 +13,7 @@ from lwr_dyn.kinematics.arm_angle import Corridor, CorridorBreak, best_arm_angle
 from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form, elbow_angle
-from lwr_dyn.kinematics.srs_margins import AngleIntervals, margin_problem, margins
+from lwr_dyn.kinematics.srs_margins import AngleIntervals, best_angles, margin_problem, margins
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.spatial import rot_z
 from tests.kinematics.srs_arms import random_srs_arm
@@ -173,7 +173,13 @@ def test_a_joint_at_its_limit_is_inside_and_any_s_r_s_arm_has_its_best_angle():
     ranges = joint_ranges(arm)
     q = ranges.middle + 0.3 * np.sin(np.linspace(0, 3, 101)[:, None] + np.arange(7))
     s, T = np.linspace(0, 3, 101), lwr_dyn.forward_kinematics(arm, q)
-    assert best_arm_angle(arm, s, T).margin > 1.0
+    curve = best_arm_angle(arm, s, T)
+    assert curve.margin > 1.0
+    problem = margin_problem(srs_geometry(arm.chain), ranges, T, curve.branch)
+    least, start = best_angles(problem).margin, arm_angle.BranchOptimum(curve.branch, 9.0, 0, 0, None)
+    optimum = arm_angle._best_of_branch(problem, start, least.min() - 1e-2)
+    assert (optimum.margin_bound, optimum.index) == (pytest.approx(least.min(), abs=1e-8), least.argmin())
+    assert arm_angle._best_of_branch(problem, start, least.min() + 1e-3) is None
 
 
 def test_no_curve_in_the_corridor_bends_less():

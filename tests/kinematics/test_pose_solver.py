@@ -12,6 +12,8 @@ from lwr_dyn.foundation.errors import OptionError, PoseNotReachedError, ShapeErr
 from lwr_dyn.kinematics.forward import jacobian
 from lwr_dyn.kinematics.pose_solver import (
     FOUND,
+    NOT_REACHED,
+    OUTSIDE,
     POSE_SEARCHES,
     PinocchioSearch,
     PoseSolver,
@@ -120,6 +122,20 @@ def test_options_are_checked():
     ):
         with pytest.raises(error, match=words):
             lwr_dyn.ik_solver(arm_named("kr30ha"), **options)
+
+
+@pytest.mark.parametrize(("below", "above", "joint", "excess"), [(0.3, 0.2, "A2", 0.3), (0.1, 0.2, "A5", 0.2)])
+def test_the_error_names_the_joint_that_is_furthest_outside(below, above, joint, excess):
+    arm = arm_named("kr30ha")
+    q, solve = (arm.lower + arm.upper) / 2.0, lwr_dyn.ik_solver(arm, search="pinocchio")
+    q[1], q[4] = arm.lower[1] - below, arm.upper[4] + above
+    for state, named in ((OUTSIDE, (joint, pytest.approx(excess))), (NOT_REACHED, (None, 0.0))):
+        with pytest.raises(PoseNotReachedError) as caught:
+            solve._found(np.array([*q, state, 4e-6, 0.04, -0.5]), np.eye(4), None)
+        error = caught.value
+        assert (error.joint, error.excess) == named
+        assert (error.distance, error.angle) == pytest.approx((2e-3, np.arctan2(0.2, -0.5)))
+        assert error.q.tolist() == q.tolist()
 
 
 @pytest.mark.parametrize("name", ["kr30ha", "lwr4plus", "j2n6s300"])

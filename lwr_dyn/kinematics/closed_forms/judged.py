@@ -38,7 +38,7 @@ class Judge:
     at: Mapping[str, int]
     """`arm_numbers.places`."""
     tail: slice
-    """Of the numbers that are one each."""
+    """Of the numbers that are one each, the last ones."""
     rows_of: RowsOf
 
     def result(
@@ -85,4 +85,4 @@ class Judge:
 def judge_of(arm: Arm, rows_of: RowsOf) -> Judge:
     """Of an arm."""
     at = places(arm.n)
-    return Judge(arm.n, tuple(arm.joint_names), at, slice(at["LEAST"], at["SPECIAL"] + 1), rows_of)
+    return Judge(arm.n, tuple(arm.joint_names), at, slice(at["LEAST"], at["SIZE"]), rows_of)
