@@ -185,6 +185,11 @@ def test_one_interval_with_an_impact_has_its_moment_its_work_and_its_rest():
     assert event.value == pytest.approx(kinetic, rel=1e-10)
     assert flow.stop_work == pytest.approx(-kinetic, rel=1e-10)
     assert y[2] == pytest.approx(8.0 * 0.25, rel=1e-10)  # the motor's work until the stop, none after it
+    left = flow.advance(pushed, 0.0, np.array([0.25, -1e-20, 0.0, 0.0]), 0.5)  # by less than a float can show
+    assert left.tolist() == [0.25, 0.0, 0.0, 0.0]
+    unknown, counted = np.full(4, np.nan), flow.evaluations
+    assert flow.begin(pushed, 0.0, unknown) is unknown
+    assert (flow.evaluations, flow.on_stop.tolist()) == (counted, [False])
 
 
 @pytest.mark.parametrize(("half", "is_followed"), [(1e-5, False), (1e-3, True)])
