@@ -117,8 +117,7 @@ def _followed(solver: LSODA, t: Array, follows: Callable[[Array], bool]) -> tupl
     try:
         with np.errstate(over="ignore", invalid="ignore"):
             while solver.status == "running":
-                solver.step()
-                if solver.status == "failed" or not follows(solver.y):
+                if solver.step() is not None or not follows(solver.y):  # a message: it failed
                     break
                 rows.extend(solver.dense_output()(t[len(rows) : np.searchsorted(t, solver.t, "right")]).T)
     except Diverged as end:
