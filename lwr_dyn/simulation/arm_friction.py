@@ -38,7 +38,7 @@ class BoxedLcpSolution:
 
 
 def boxed_lcp(M: Array, b: Array, low: Array, high: Array, start: Sides | None = None) -> BoxedLcpSolution:
-    """The solution of the problem above for a positive definite M, by least-index pivoting (Murty).
+    """The solution of the problem above for a positive definite M, m >= 1, by least-index pivoting (Murty).
 
     Parameters
     ----------
@@ -57,8 +57,8 @@ def boxed_lcp(M: Array, b: Array, low: Array, high: Array, start: Sides | None =
     >>> boxed_lcp(np.eye(2), np.array([3.0, 0.5]), -np.ones(2), np.ones(2)).force
     array([1. , 0.5])
     """
-    slack_w = SIGN * float(np.abs(b).max(initial=0.0))
-    slack_f = slack_w / float(M.diagonal().max(initial=1e-300))
+    slack_w = SIGN * float(np.abs(b).max())
+    slack_f = slack_w / float(M.diagonal().max())
     sides = np.zeros(b.size, dtype=int) if start is None else start.copy()
     f = np.zeros(b.size)
     for _ in range(3 ** (b.size + 1)):

@@ -5,14 +5,17 @@ anything that is seen in the motion. LSODA changes to backward differences there
 allows. It knows neither stops nor stick, and refuses them by name.
 """
 
-import numpy as np
-from scipy.integrate import solve_ivp
+from collections.abc import Callable
 
-from lwr_dyn.control.protocol import saturate
+import numpy as np
+from scipy.integrate import LSODA
+
+from lwr_dyn.control.protocol import reset, saturate
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.run import Motion, Run
 from lwr_dyn.simulation.arm_friction import FORMS
+from lwr_dyn.simulation.contact import followable
 from lwr_dyn.simulation.flow import Flow
 from lwr_dyn.simulation.loops import At, Diverged, Log, Progress, continuous_controller, divergence, run_of
 from lwr_dyn.simulation.setup import Setup
@@ -50,7 +53,7 @@ def between_samples(motion: Motion) -> At:
     last, scale = len(table) - 1, np.array([1.0, 1 / h, 1 / h**2])[:, None]
 
     def at(t: float) -> tuple[Array, Array, Array]:
-        k = min(max(int(t / h), 0), last)
+        k = min(int(t / h), last)
         u = t / h - k
         w = u * u
         powers = [
@@ -82,13 +85,16 @@ def run_stiff(setup: Setup, progress: Progress | None = None) -> Run:
     def rates(t: float, y: Array) -> Array:
         q, dq = y[:n], y[n : 2 * n]
         tau, memory_rate = unlimited(t, q, dq, y[2 * n + 2 :])
+        if not np.isfinite(tau).all():  # the method would try shorter steps for ever
+            raise Diverged(0, tau)
         tau, friction = saturate(tau, plant.effort), brake(dq)
         return np.concatenate([dq, forward(q, dq, tau - friction), [tau.dot(dq), -friction.dot(dq)], memory_rate])
 
     start = np.concatenate([log.states[0].ravel(), np.zeros(2 + memory_size)])
-    solution = solve_ivp(rates, (0.0, log.t[-1]), start, "LSODA", t_eval=log.t, rtol=RTOL, atol=ATOL)
-    flow.evaluations, log.done = int(solution.nfev), solution.t.size
-    y = np.array(solution.y).T
+    reset(setup.controller)
+    solver = LSODA(rates, 0.0, start, float(log.t[-1]), rtol=RTOL, atol=ATOL)
+    y, command = _followed(solver, log.t, lambda y: followable(y, n, 1.0 / setup.loop.rate))
+    flow.evaluations, log.done = int(solver.nfev), len(y)
     for k, row in enumerate(y):
         log.states[k] = row[: 2 * n].reshape(2, n)
         log.command[k] = unlimited(float(log.t[k]), row[:n], row[n : 2 * n], row[2 * n + 2 :])[0]
@@ -97,12 +103,26 @@ def run_stiff(setup: Setup, progress: Progress | None = None) -> Run:
     if log.friction is not None:
         log.friction[:] = np.array([brake(dq) for dq in log.states[:, 1]])
     if log.done < log.t.size:
-        end = Diverged(log.done - 1, log.command[log.done - 1])
+        end = Diverged(log.done - 1, log.command[log.done - 1] if command is None else command)
         raise divergence(end, setup, log, setup.record(), lambda meta: run_of(setup, log, flow, meta))
     _refuse_stops(setup, log)
     if progress is not None:
         progress(1.0)
     return run_of(setup, log, flow, setup.record())
+
+
+def _followed(solver: LSODA, t: Array, follows: Callable[[Array], bool]) -> tuple[Array, Array | None]:
+    """The states at the times t (k,) as far as they can be followed, and the torque that ended them, if one did."""
+    rows: list[Array] = []
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):
+            while solver.status == "running":
+                if solver.step() is not None or not follows(solver.y):  # a message: it failed
+                    break
+                rows.extend(solver.dense_output()(t[len(rows) : np.searchsorted(t, solver.t, "right")]).T)
+    except Diverged as end:
+        return np.array(rows or [solver.y]), end.command
+    return np.array(rows or [solver.y]), None
 
 
 def _refuse_stops(setup: Setup, log: Log) -> None:

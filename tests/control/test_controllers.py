@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.controllers import CONTROLLERS, _value, controller_spec
+from lwr_dyn.control.controllers import CONTROLLERS, NO_CODE, _value, controller_spec, faults_in
 from lwr_dyn.control.gains import gravity_stiffness
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.control.protocol import reset
@@ -164,7 +164,9 @@ def test_texts_become_values_of_the_kind_of_their_option_or_are_refused(kind, te
         assert value() == (wanted, type(wanted))
 
 
-def test_a_file_takes_options_of_its_own_and_may_have_dataclasses(arm, tmp_path):
+def test_a_file_takes_options_of_its_own_may_have_dataclasses_and_is_not_run_where_that_is_forbidden(
+    arm, tmp_path, monkeypatch
+):
     file = tmp_path / "mine.py"
     file.write_text(
         "from __future__ import annotations\nfrom dataclasses import dataclass\n\n"
@@ -174,6 +176,12 @@ def test_a_file_takes_options_of_its_own_and_may_have_dataclasses(arm, tmp_path)
     )
     made = controller_spec(f"{file}:gain=3:quiet:word=a-b").make(arm, lwr_dyn.dynamics_of(arm))
     np.testing.assert_array_equal(made(0.0, np.zeros(7), *[np.zeros(7)] * 4), 3.0)  # it knows its own path
+    assert [controller_spec(x).is_file for x in (str(file), "pid")] == [True, False]
+    monkeypatch.setenv(NO_CODE, "1")
+    with pytest.raises(LwrDynError, match=f"mine.py: Python that would run, against {NO_CODE}; allowed: controllers"):
+        controller_spec(str(file)).make(arm, lwr_dyn.dynamics_of(arm))
+    with pytest.raises(ZeroDivisionError), faults_in(str(file)):  # a fault of another file is not the controller's
+        1 / 0  # noqa: B018
 
 
 OPTIONS = "omega-n, xi, ki, velocity-error"

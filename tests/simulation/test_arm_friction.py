@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.friction import Direction, JointFriction, Sigmoid, symmetric
-from lwr_dyn.simulation.arm_friction import boxed_lcp, braking_rate, chosen_friction
+from lwr_dyn.simulation.arm_friction import ArmFriction, boxed_lcp, braking_rate, chosen_friction
 from lwr_dyn.simulation.contact import ACTIVE_FRICTION
 from lwr_dyn.simulation.flow import FastStep
 from lwr_dyn.simulation.simulate import no_torque, simulate
@@ -93,6 +93,30 @@ def test_viscous_friction_alone_needs_no_events():
     constant = chosen_friction(one_joint(), [JointFriction(Direction(0.0, 1.0), Direction(0.0, 1.0), offset=0.3)])
     found = [(x.form, x.directional.tolist()) for x in (friction, asymmetric, constant)]
     assert found == [("viscous", [False] * 7), ("set-valued", [True]), ("set-valued", [False])]
+
+
+def test_each_direction_has_its_numbers_and_what_holds_at_rest_may_fall_with_the_speed_or_at_once():
+    model = JointFriction(Direction(2.0, 0.3, 3.5, 0.2), Direction(1.0, -0.4, 1.5), offset=0.25)
+    friction, smooth = ArmFriction.of([model, None]), chosen_friction(rough(model), "smooth")
+    wanted = {
+        "coulomb": [[2.0, 0.0], [1.0, 0.0]], "viscous": [[0.3, 0.0], [-0.4, 0.0]], "slope": [0.3, 0.0],
+        "stribeck_drop": [[1.5, 0.0], [0.0, 0.0]], "sharpness": [[25.0, 0.0], [0.0, 0.0]], "offset": [0.25, 0.0],
+        "lowest": [-1.25, 0.0], "highest": [3.75, 0.0], "lowest_slip": [-0.75, 0.0], "highest_slip": [3.75, 0.0],
+    }  # fmt: skip
+    for name, value in wanted.items():
+        np.testing.assert_allclose(getattr(friction, name), value, rtol=1e-12, err_msg=name)
+    rest = np.zeros(2, dtype=bool)
+    for side in (1, -1):
+        speeds = side * np.array([0.1, 0.3])
+        np.testing.assert_allclose(friction.torque(np.full(2, side), rest)(speeds), [model.torque(speeds[0]), 0.0])
+        assert friction.torque(np.full(2, side), ~rest)(speeds).tolist() == [0.0, 0.0]
+    record = friction.record()
+    assert record == {name: record[name] for name in ("form", "rule", "coulomb", "viscous", "lowest", "highest")}
+    assert (record["form"], record["highest"]) == ("set-valued", [3.75, 0.0])
+    assert smooth.record() == {"form": "smooth", "smooth_speed": 1e-3}
+    assert smooth.slope == pytest.approx([0.3 + 3.5 / 1e-3])
+    steep = np.diff(smooth.smooth(np.array([[0.0], [1e-9]])), axis=0).ravel() / 1e-9
+    assert steep == pytest.approx(smooth.slope, rel=1e-5)
 
 
 def test_friction_that_drives_is_an_event_once_a_side_and_never_clamped():

@@ -1,5 +1,7 @@
 """Position stops: against closed forms, against the formula of the impact, and never a joint beyond its limit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +11,7 @@ import lwr_dyn
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.simulation import contact
 from lwr_dyn.simulation.arm_friction import chosen_friction
-from lwr_dyn.simulation.audit import audit
+from lwr_dyn.simulation.audit import audit, other_road
 from lwr_dyn.simulation.contact import contact_mode, impact, resolve_stick_slip
 from lwr_dyn.simulation.integrators import rk4
 from lwr_dyn.simulation.plant import plant_of
@@ -162,6 +164,29 @@ def test_a_joint_at_its_stop_is_pushed_outward_from_nothing(options):
     assert ((run.q == 0.0).all(), run.events) == (True, ())
 
 
+def test_sticking_joints_of_the_wam_are_held():
+    arm = lwr_dyn.load("wam7")
+    controller = lwr_dyn.controller("pd-gravity", arm, own_gains=True)
+    wave = sample_runs.Sinusoids(
+        np.array([0, 0.5, 0, 1.5, 0, 0, 0]), np.full(7, 0.05), np.array([2, 4, 6, 2, 4, 6, 2.0]), 0.4
+    )
+    run = simulate(arm, controller, wave)
+    result = other_road(run)
+    assert (run.dq == 0.0).any(axis=1).mean() > 0.2
+    assert result.share <= 1.0
+    assert result.eventful > 3
+    for where in (run.dq == 0.0, run.dq != 0.0):
+        assert other_road(replace(run, tau_friction=run.tau_friction + 1e-6 * where)).share > 10.0
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_joint_that_leans_on_its_stop_is_held_and_not_by_friction(side):
+    arm = sample_runs.one_joint(mass=2.0, lower=min(-side, 0.0), upper=max(-side, 0.0))
+    run = simulate(arm, lambda *_: np.array([3.0 * side]), sample_runs.Still(np.zeros(1), 0.02))
+    road = run.audit["inverse_dynamics"]
+    assert (road["closed"], road["residual"], road["gap"], road["judged"]) == (True, 0.0, 0.0, 20)
+
+
 STEP, SPEED, BRAKE = 0.01, 2.0, 300.0
 """[s], [m/s], [m/s^2] of a slider that turns back within one step."""
 MOMENT = 1e-14
@@ -184,6 +209,10 @@ def interval(speed=SPEED, acceleration=-BRAKE, h=STEP):
 
 def none_holds(s):
     raise AssertionError("no joint is at rest")
+
+
+def none_moves(t, y):
+    raise AssertionError("all joints are at rest")
 
 
 def found(mode, motion, holding=none_holds, barred=False):
@@ -229,7 +258,7 @@ def test_a_joint_that_is_braked_sticks_where_its_speed_is_zero_or_where_it_dips_
 
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_joint_at_rest_slips_where_its_holding_torque_passes_the_static_level(side):
-    rest, motion = mode(slider(), 0), interval(0.0, 0.0)
+    rest, motion = mode(slider(), 0), contact.Interval(lambda rates, t, y, s: y, none_moves, 0.0, STEP, np.zeros(2))
 
     def ramp(s):
         return np.array([side * 8.0 * s / STEP])

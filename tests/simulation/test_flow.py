@@ -185,6 +185,24 @@ def test_one_interval_with_an_impact_has_its_moment_its_work_and_its_rest():
     assert event.value == pytest.approx(kinetic, rel=1e-10)
     assert flow.stop_work == pytest.approx(-kinetic, rel=1e-10)
     assert y[2] == pytest.approx(8.0 * 0.25, rel=1e-10)  # the motor's work until the stop, none after it
+    left = flow.advance(pushed, 0.0, np.array([0.25, -1e-20, 0.0, 0.0]), 0.5)  # by less than a float can show
+    assert left.tolist() == [0.25, 0.0, 0.0, 0.0]
+    unknown, counted = np.full(4, np.nan), flow.evaluations
+    assert flow.begin(pushed, 0.0, unknown) is unknown
+    assert (flow.evaluations, flow.on_stop.tolist()) == (counted, [False])
+
+
+def test_a_joint_put_back_on_its_stop_leaves_it_later_in_the_same_interval():
+    """It left by less than a float can show; the other one stops after 88 ms, and nothing holds it after 0.2 s."""
+    arm = replace(sliders(), limits=(JointLimits(lower=-9.0, upper=0.25), JointLimits(lower=-9.0, upper=0.1)))
+    flow = Flow(plant_of(arm, lwr_dyn.dynamics_of(arm)), rk4(1))
+
+    def turning(t, q, dq, memory):
+        return np.array([8.0 - 40.0 * t, 5.0]), np.zeros(0)
+
+    y = flow.advance(turning, 0.0, np.array([0.25, 0.0, -1e-20, 1.0, 0.0, 0.0]), 0.5)
+    assert [(e.kind, e.joint) for e in flow.events[-2:]] == [("stop", 1), ("release", 0)]
+    np.testing.assert_allclose(y[:2], [0.25 - 40.0 / 3.5 * 0.3**3 / 6, 0.1], rtol=1e-12)
 
 
 @pytest.mark.parametrize(("half", "is_followed"), [(1e-5, False), (1e-3, True)])

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 import lwr_dyn
 from lwr_dyn.control.protocol import joint_torque
 from lwr_dyn.foundation.errors import DivergenceError, OptionError, ShapeError
+from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.contact import ACTIVE_FRICTION
@@ -198,5 +199,11 @@ def test_a_run_that_diverges_names_joint_and_time_and_keeps_what_was_computed():
     diverged = run.meta["diverged"]
     assert (diverged["t"], diverged["joint"]) == (fault.value.t, "joint_1") == (run.t[-1], "joint_1")
     assert np.isfinite(run.q).all()
-    with pytest.raises(DivergenceError, match=r"joint_1.* m/s at the last sample that can be followed"):  # it slides
-        simulate(one_joint(), lambda *_: [1e300], Still(np.zeros(1), 0.01), saturate=False)
+    for kind, unit in ((JointKind.PRISMATIC, "m/s"), (JointKind.REVOLUTE, "rad/s")):
+        with pytest.raises(DivergenceError) as fault:
+            simulate(one_joint(kind, lever=1.0), lambda *_: [1e300], Still(np.zeros(1), 0.01), dq0=[2.5], rate=500.0)
+        assert str(fault.value) == (
+            f"the simulation diverges at t = 0 s: joint_1: 2.5 {unit} at the last sample that can be followed, beyond "
+            "reach at the next; allowed: less than a turn a sample (3142 rad/s), finite numbers; try a higher rate or "
+            "lower gains"
+        )

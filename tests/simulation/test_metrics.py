@@ -45,6 +45,10 @@ def test_errors_in_mrad():
     ]
     wanted = [[0.5, 2.0, 4.0, -3.0, np.sqrt(26 / 4)], [-125.0, 125.0, 0.0, -500.0, 250.0]]
     np.testing.assert_allclose(found, wanted, atol=1e-12)
+    (joint, unit, *errors, _, _, _, _), *rest = figures.table(full=True).rows
+    assert (joint, unit, rest) == ("joint_1", "mrad", [])
+    np.testing.assert_allclose(errors, [*wanted[0], *wanted[1][1:4]], atol=1e-12)
+    assert figures.table(full=True).text().splitlines()[0].split("  ")[0] == "joint"
 
 
 def test_torques_speeds_and_margins():

@@ -13,7 +13,7 @@ from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation import audit
-from lwr_dyn.simulation.plant import FilteredDifference, plant_of
+from lwr_dyn.simulation.plant import Encoder, FilteredDifference, plant_of
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import Still, joint_waves, lwr, lwr_dynamics, one_joint
 
@@ -215,6 +215,21 @@ def test_a_filtered_difference_rises_like_a_first_order_lag_or_starts_at_speed()
     np.testing.assert_allclose(answers(np.array([0.0, 1e-3, 1e-3])), [1 - pole, (1 - pole) * pole], rtol=1e-12)
     with pytest.raises(ShapeError):
         FilteredDifference(10.0, RATE).start([0.0, 1.0], [0.0])
+
+
+def test_an_encoder_reads_counts_of_what_noise_leaves_and_its_filter_begins_at_the_speed_of_the_start():
+    true, dq0, T = np.array([[0.123, -0.456], [0.14, -0.4], [0.15, -0.41]]), np.array([0.7, -0.2]), 2e-3
+    noise = np.random.default_rng(7).normal(0.0, 3e-3, (3, 2))
+    for resolution in (0.01, 0.0):
+        measure = Encoder(resolution, 3e-3, 50.0).sensor(true[0], dq0, 3, 1 / T, 7)
+        read, speeds = zip(*[measure(q, 9.0 * dq0) for q in true], strict=True)
+        wanted = np.round((true + noise) * 100.0) / 100.0 if resolution else true + noise
+        np.testing.assert_allclose(read, wanted, atol=1e-15)
+        expected, pole = [dq0], np.exp(-2 * np.pi * 50.0 * T)
+        for step in np.diff(wanted, axis=0):
+            expected.append(pole * expected[-1] + (1 - pole) * step / T)
+        np.testing.assert_allclose(speeds, expected, rtol=1e-12)
+    assert Encoder.of_bits(12, 1e-4, 30.0) == Encoder(2 * np.pi / 4096, 1e-4, 30.0)
 
 
 def test_the_cut_off_is_three_decibels_down():

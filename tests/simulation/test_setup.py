@@ -16,7 +16,9 @@ from lwr_dyn.foundation.errors import (
 )
 from lwr_dyn.model.arm import arm_with_scaled_inertia
 from lwr_dyn.model.chain import Body, with_bodies
+from lwr_dyn.model.friction import symmetric
 from lwr_dyn.model.run import Run
+from lwr_dyn.model.transmission import JointElasticity
 from lwr_dyn.simulation import setup
 from lwr_dyn.simulation.arm_friction import chosen_friction
 from lwr_dyn.simulation.integrators import rk4
@@ -24,6 +26,7 @@ from lwr_dyn.simulation.plant import Encoder, plant_of
 from lwr_dyn.simulation.setup import (
     STABLE,
     Loop,
+    arm_record,
     friction_rate,
     known_motion,
     prepare,
@@ -134,14 +137,43 @@ def test_unstable_gains_end_the_run():
         simulate(lwr(), law, joint_waves(), saturate=False, q0=joint_waves().middle + 0.01)
 
 
+def wind(t, q, dq):
+    return np.full(7, 0.1)
+
+
 def test_a_setup_is_its_record_and_may_have_another_plant():
     heavy = arm_with_scaled_inertia(lwr(), 1.5)
     setup = prepare(lwr(), no_torque, joint_waves(0.1), Loop(plant=heavy, payload=1.0, meta={"task": "waves"}))
-    record = json.loads(str(setup))
-    assert record == json.loads(json.dumps(setup.record()))
-    assert (record["robot"], record["options"]["rate"], record["note"]) == ("lwr4plus", 1000.0, {"task": "waves"})
-    assert record["payload"] == {"mass": 1.0, "com": [0.0, 0.0, 0.0], "inertia": None}
-    assert record["versions"] == versions()
+    record, robot = json.loads(str(setup)), arm_record(lwr())
+    none = {"encoder": None, "external": None, "elasticity": None, "loop": None}
+    options = {
+        "rate": 1000.0, "method": "rk4", "substeps": 1, "rtol": 1e-12, "continuous": False, "saturate": True,
+        "position_limits": True, "allow_unphysical": False, "seed": 0, "delay": 0,
+    }  # fmt: skip
+    assert record == {
+        **robot, **none, "plant": arm_record(heavy), "payload": {"mass": 1.0, "com": [0.0] * 3, "inertia": None},
+        "controller": {"name": "no_torque", "label": "no_torque", "parameters": {}}, "engine": "pinocchio",
+        "reference": {"name": "Sinusoids", "duration": 0.1, "about": {}}, "options": options, "seed": 0,
+        "friction": False, "friction_law": {"form": "none", "rate": 0.0}, "versions": versions(),
+        "note": {"task": "waves"},
+    }  # fmt: skip
+    assert robot | {"errata": 0, "digest": 0} == {
+        "robot": "lwr4plus", "reading": "computed", "digest": 0, "errata": 0, "joint_units": ["rad"] * 7, "file": None,
+        "loaded_with": {},
+    }  # fmt: skip
+    springs = JointElasticity(np.full(7, 9e3), np.full(7, 5.0), "guessed")
+    asked = Loop(
+        elasticity=springs, encoders="link", encoder=Encoder(1e-3, 1e-5, 80.0), external=wind, loop="elastic", seed=3,
+        friction=[symmetric(1.0, 0.5)] * 7,
+    )  # fmt: skip
+    record = prepare(lwr(), no_torque, joint_waves(0.1), asked).record()
+    wanted = {
+        "encoder": {"resolution": 1e-3, "noise": 1e-5, "cutoff_hz": 80.0}, "friction": True, "loop": "elastic",
+        "elasticity": {"stiffness": [9e3] * 7, "damping": [5.0] * 7, "source": "guessed", "encoders": "link"},
+        "external": {"name": "wind", "label": "wind", "parameters": {}}, "seed": 3, "payload": None, "note": {},
+    }  # fmt: skip
+    assert {name: record[name] for name in wanted} == wanted
+    assert (record["friction_law"]["form"], record["friction_law"]["rate"]) == ("set-valued", 0.0)
     masses = [sum(link.body.mass for link in arm.chain.links) for arm in (setup.arm, setup.plant.arm)]
     assert masses[1] == pytest.approx(1.5 * masses[0] + 1.0)
 
@@ -164,8 +196,12 @@ def slider(friction="none", **limits):
 
 
 @pytest.mark.parametrize(("duration", "samples"), [(0.1, 101), (0.1 + 1e-13, 101), (0.1001, 102), (1e-9, 2)])
-def test_samples_are_on_the_grid_and_the_last_is_not_before_the_end(duration, samples):
+def test_samples_are_on_the_grid_and_the_last_is_not_before_the_end(duration, samples, monkeypatch):
     np.testing.assert_array_equal(Loop(rate=1000.0).times(duration), np.arange(samples) / 1000.0)
+    monkeypatch.setattr(setup, "MOST_SAMPLES", 16)
+    assert Loop(rate=64.0).times(0.25).size == 17
+    with pytest.raises(OptionError, match=r"64 samples a second over 0\.26 s; allowed: at most 2e"):
+        Loop(rate=64.0).times(0.26)
 
 
 @pytest.mark.parametrize(

@@ -73,8 +73,15 @@ def test_figures_are_those_of_a_written_answer(size):
     assert found.cut == pytest.approx(0.037)
     record = found.to_json()
     assert (record["joint"], record["rise"], record["cut"]) == (2, found.rise, found.cut)
-    _, table, note = response_parts(run, ARM)
+    fact, table, note = response_parts(run, ARM)
+    assert (fact.key, fact.value) == ("responses", [record])
     assert table.rows[0] == (2, 1e3 * found.rise, found.overshoot, 1e3 * found.settling, found.left)
+    cells = (
+        f"{1e3 * found.rise:.4g}  {100 * found.overshoot:.2f} %  {1e3 * found.settling:.4g}  {100 * found.left:.2f} %"
+    )
+    assert table.text().splitlines()[-1].split() == ["2", *cells.split()]
+    short = answer_of(t[:60], 0.1 + size * (t[:60] >= begin - 1e-9), 0.1 + size * y[:60], about)
+    assert response_parts(short, ARM)[1].text().splitlines()[-1].count("not reached") == 2
     assert note.text == (
         "torque was cut while joint 2 (0.037 s) answered: not the response of a linear loop; try a smaller size"
     )

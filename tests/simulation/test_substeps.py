@@ -15,6 +15,7 @@ from lwr_dyn.simulation.substeps import (
     MOST,
     SPARE,
     STABLE,
+    SteppedRun,
     applies,
     change_bound,
     doubled,
@@ -39,6 +40,9 @@ def test_a_run_whose_bound_is_small_is_kept_as_it_is_and_the_bound_is_one():
     found = enough_steps(run, lambda steps: pytest.fail("no further run is needed"))
     assert found.run is run
     assert (found.substeps, found.words) == (1, "")
+    words = "substeps: 4, chosen for this run: its friction needs them; twice as many change the tip by 3e-07 m at most"
+    assert SteppedRun(run, 4, 3e-7, True).words == words
+    assert SteppedRun(run, 1, ENOUGH, False).words.endswith(" by 1e-06 m, and more steps do not leave less")
     true = tip_change(run, run_setup(with_substeps(setup, 2)))
     assert 0.0 < true < found.change < ENOUGH
 

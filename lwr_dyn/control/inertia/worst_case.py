@@ -119,9 +119,7 @@ class JointInertia:
         left, middle, right = self._along(q, j, np.array([low, low + half, up])).T
         bend, slope = left - 2 * middle + right, (right - left) / 2
         vertex = np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), np.where(right > left, 1.0, -1.0))
-        places = np.stack([np.full(len(q), -1.0), np.clip(vertex, -1.0, 1.0), np.full(len(q), 1.0)], axis=-1)
-        values = middle[:, None] + slope[:, None] * places + bend[:, None] / 2 * places**2
-        best = low + half * (1.0 + places[np.arange(len(q)), np.argmax(values, axis=-1)])
+        best = low + half * (1.0 + np.clip(vertex, -1.0, 1.0))
         flat = np.abs(bend) + np.abs(slope) <= 1e-13 * np.abs(middle)
         return np.where(flat, q[:, j], best)
 

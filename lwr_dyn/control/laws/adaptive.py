@@ -133,7 +133,7 @@ class AdaptedParameters:
     gains: Array
     lower: Array
     upper: Array
-    turns: Array | None = None
+    turns: Array
     """(k, 10, 10) of the links that are adapted: parameters in the joint's frame -> in the frame of the URDF's link."""
 
     def __post_init__(self) -> None:
@@ -178,8 +178,6 @@ class AdaptedParameters:
         They are in the frames of the URDF's links; see `parameter_turns`.
         """
         added = theta if self.W is None else np.asarray(theta @ self.W.T)
-        if self.turns is None:
-            return added
         by_link = added.reshape(*added.shape[:-1], len(self.turns), len(PER_LINK))
         return np.asarray(np.einsum("kij,...kj->...ki", self.turns, by_link)).reshape(added.shape)
 

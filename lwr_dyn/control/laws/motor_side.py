@@ -151,7 +151,7 @@ class MotorSidePD:
     def reset(self) -> None:
         """Forgets the readings and the last deflection."""
         self._readings: JointReadings | None = None
-        self._t, self._bend, self._bend_rate = np.nan, np.zeros(0), np.zeros(self._dynamics.n)
+        self._t, (self._bend, self._bend_rate) = np.nan, np.zeros((2, self._dynamics.n))
 
     def sense(self, readings: JointReadings) -> None:
         """Takes the motor side and the joint torque; readings whose theta is their q are those of a rigid arm."""

@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.inertia.bernstein import InertiaTable
-from lwr_dyn.control.inertia.certificate import inertia_certificate, inertia_certificates
+from lwr_dyn.control.inertia.certificate import InertiaCertificate, inertia_certificate, inertia_certificates
 from lwr_dyn.control.inertia.worst_case import diagonal, first_joint, worst_case_inertia, worst_case_inertias
 from lwr_dyn.design.gain_search import certificates
 from lwr_dyn.dynamics.newton_euler import Recursion
@@ -27,9 +27,7 @@ def test_joints_behind_the_first_and_the_first_of_the_lwr(robot, gap):
         assert certificate.allowance < 1e-11 * certificate.value
         assert "certified" in certificate.statement()
     if robot == "lwr4plus":
-        first = inertia_certificate(arm, worst_case_inertia(arm, 0))
-        assert 0.0 < first.gap < 1e-6
-        assert first.to_json()["upper"] == first.upper
+        assert 0.0 < inertia_certificate(arm, worst_case_inertia(arm, 0)).gap < 1e-6
 
 
 @pytest.mark.slow
@@ -46,6 +44,16 @@ def test_no_position_of_a_random_arm_has_more(seed):
         assert diagonal(Recursion.of(arm.chain), joint, q).max() <= certificate.upper
         assert certificate.holds
         assert certificate.upper <= maximum.value * (1 + 1e-6)
+
+
+def test_a_certificate_says_what_is_proven_in_words_and_as_json():
+    numbers = {"value": 2.0, "upper": 2.5, "boxes": 7, "allowance": 1e-9, "left_out": 3e-5}
+    asked, kept = (InertiaCertificate(joint=1, gap_asked=gap, **numbers) for gap in (0.1, 0.25))
+    words = "certified: nowhere in the joint box above 2.5, a gap of 2.5e-01{} (7 boxes, 5e-10 of it for rounding)"
+    assert [x.statement() for x in (asked, kept)] == [words.format(", NOT as asked, 1.0e-01"), words.format("")]
+    assert [x.holds for x in (asked, kept)] == [False, True]
+    assert kept.to_json() == {**numbers, "gap": 0.25}
+    assert replace(kept, value=0.0).gap == 0.0
 
 
 def test_without_the_extra_nothing_is_certified(arm, monkeypatch):
@@ -101,13 +109,20 @@ def test_the_whole_turn_is_looked_at(arm):
     assert inertia_certificate(free, missed).value == pytest.approx(best.value, rel=2e-6)
 
 
-def test_certificates_are_kept_by_the_content_of_the_arm(arm):
+def test_certificates_are_kept_by_the_content_of_the_arm(arm, monkeypatch):
     maximum = worst_case_inertia(arm, 4)
     first = inertia_certificate(arm, maximum)
+    assert inertia_certificate(arm, worst_case_inertia(arm, 6)).boxes == 1
     assert inertia_certificate(lwr_dyn.load("lwr4plus"), worst_case_inertia(arm, 4)) is first
     assert inertia_certificate(arm, maximum, 1e-7).gap_asked == 1e-7
     wider = replace(arm, limits=tuple(JointLimits(2 * x.lower, 2 * x.upper) for x in arm.limits))
     assert inertia_certificate(wider, maximum) is not first
+    monkeypatch.setattr("lwr_dyn.control.inertia.certificate.KEPT", 1)
+    monkeypatch.setattr("lwr_dyn.control.inertia.certificate._proven", {})
+    again = inertia_certificate(arm, maximum)
+    assert inertia_certificate(arm, maximum) is again
+    inertia_certificate(arm, maximum, 1e-7)
+    assert inertia_certificate(arm, maximum) is not again
 
 
 def test_the_table_is_that_of_the_mass_matrix(arm):
@@ -120,6 +135,11 @@ def test_the_table_is_that_of_the_mass_matrix(arm):
     idle = table.without_idle(1e-3 * B[3, 3])
     assert idle.left_out > 0.0
     assert len(idle.joints) < 3
+    slides = replace(random_arm(1, "RPRR"), limits=(JointLimits(lower=-0.5, upper=0.4),) * 4)
+    table = InertiaTable.of(first_joint(slides, {}))
+    idle = table.without_idle(np.inf)
+    assert (idle.joints, idle.is_turning, idle.lower, idle.upper) == ((1,), (False,), (-0.5,), (0.4,))
+    assert np.abs(table.values - idle.values[:, None, None]).max() <= idle.left_out
 
 
 @pytest.mark.parametrize("gap", [0.0, -1.0, 1.0, float("nan")])

@@ -9,9 +9,14 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.inertia.worst_case import (
+    FOLLOWED,
+    SEED,
     JointInertia,
     _refine,
+    _starts,
     diagonal,
+    diagonal_along,
+    first_joint,
     with_joint_values,
     worst_case_inertia,
     worst_case_inertias,
@@ -30,8 +35,12 @@ def test_diagonal_is_that_of_the_mass_matrix(arm):
     q = np.random.default_rng(0).uniform(-1, 1, (20, 7))
     for rotors in ("armature", "full", "none"):
         B = newton_euler_dynamics(arm.chain, rotors).mass_matrix(q)
+        recursion = Recursion.of(arm.chain, rotors)
         for i in range(7):
-            assert np.abs(diagonal(Recursion.of(arm.chain, rotors), i, q) - B[:, i, i]).max() < 1e-13
+            assert np.abs(diagonal(recursion, i, q) - B[:, i, i]).max() < 1e-13
+            along = [diagonal_along(recursion, i, q, j, q[:3, j]) for j in range(i + 1, 7)]
+            one_by_one = [diagonal(recursion, i, with_joint_values(q, j, q[:3, j])) for j in range(i + 1, 7)]
+            np.testing.assert_allclose(along, one_by_one, rtol=1e-12)
 
 
 def test_brute_force_never_beats_the_search_and_the_maximiser_gives_the_value_inside_the_limits(arm, found):
@@ -43,7 +52,36 @@ def test_brute_force_never_beats_the_search_and_the_maximiser_gives_the_value_in
         assert B(w.q)[i, i] == pytest.approx(w.value, rel=2e-5)  # free joints at their middle
         assert ((w.q >= arm.lower) & (w.q <= arm.upper)).all()
         assert w.free[: i + 1] == (True,) * (i + 1)
-        assert "climbs" in w.statement()
+    places = np.random.default_rng(3).uniform(-4.0, 4.0, (20, 7))  # outside the box too
+    for w, many, distinct in zip(found, (256, 256, 209, 155, 137, 131, 129), (2, 1, 2, 1, 1, 1, 1), strict=True):
+        climbed = worst_case_inertia(arm, w.joint, starts=places)  # not a lattice, on which the best ones nearly lie
+        assert climbed.value == pytest.approx(w.value, rel=1e-12)
+        assert (climbed.starts, climbed.share, w.share, w.starts) == (20, 1.0, 1.0, many)
+        assert w.distinct == len(w.maximisers) == distinct
+    for share, runner_up, rest in (
+        (1.0, None, "no other local maximum was met"),
+        (0.4, None, f"the best {FOLLOWED} of the rest, followed on, did too"),
+        (0.4, 2.5, "of the rest, followed on, one in another maximum, 2.5"),
+    ):  # fmt: skip
+        words = replace(found[0], starts=256, share=share, runner_up=runner_up).statement()
+        assert words == (
+            f"256 climbs with exact line maxima over the joint box (90 deg lattice and random, seed {SEED}); "
+            f"{share:.0%} ended here, {rest}"
+        )
+
+
+def test_climbs_start_from_the_best_corners_of_a_lattice_and_from_random_places(arm):
+    """Two turns either way are 9^6 corners of quarter turns: too many, so each joint keeps its half turns."""
+    free = replace(arm, limits=tuple(replace(x, lower=-2 * np.pi, upper=2 * np.pi) for x in arm.limits))
+    for one, turns in ((arm, np.array([-1, 0, 1]) / 4), (free, np.array([-2, -1, 0, 1, 2]) / 2)):
+        inertia = first_joint(one, {})
+        starts, lattice = _starts(inertia), np.array(list(product([0.0], *[2 * np.pi * turns] * 6)))
+        best, every = inertia.at(starts[:128]), np.sort(inertia.at(lattice))[::-1]
+        np.testing.assert_allclose(best, every[:128], rtol=1e-12)
+        assert len(np.unique(starts[:128].round(9), axis=0)) == 128 == len(starts) - 128
+        drawn = (starts[128:, 1:] - one.lower[1:]) / (one.upper - one.lower)[1:]
+        assert ((drawn >= 0.0) & (drawn <= 1.0)).all()
+        np.testing.assert_allclose([drawn.min(axis=0), drawn.max(axis=0)], [[0.0] * 6, [1.0] * 6], atol=0.06)
 
 
 def test_joints_that_change_nothing_stand_at_the_middle_of_their_limits(arm):

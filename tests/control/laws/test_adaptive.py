@@ -1,6 +1,7 @@
 """The adaptive law: its Lyapunov function at random states and along motions, linear form, bounds, what it gains."""
 
 import json
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,10 +11,17 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.gains import gravity_stiffness
-from lwr_dyn.control.laws.adaptive import AdaptedParameters, SlotineLiRegressor, scaled_gains, tuned_adaptive
+from lwr_dyn.control.laws.adaptive import (
+    AdaptedParameters,
+    SlotineLiRegressor,
+    poses_of_box,
+    scaled_gains,
+    tuned_adaptive,
+)
 from lwr_dyn.control.protocol import WithMemory, describe
 from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
 from lwr_dyn.model.arm import arm_with_payload
+from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.trajectory.references.ist import Twice, ist_clear_reference
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
 from tests.control.laws import learning
@@ -52,6 +60,35 @@ def test_its_memory_moves_by_euler_inside_the_bounds():
     assert not law.torque_and_rate(np.zeros(10), *state)[1].any()
     law.reset()
     assert not law.signals["adapted_payload"].any()
+
+
+def test_friction_is_adapted_beside_the_bodies():
+    """Coulomb's on the speed of the reference, viscous on dq_r, each from what is known on; both mass gains of b."""
+    known = [JointFriction(Direction(1.0 + j, 0.1), Direction(3.0 + j, 0.5)) for j in range(7)]
+    arm = replace(ARM, friction=tuple(known))
+    law, plain = (tuned_adaptive(x, learning.MODEL, adapt_friction=x is arm, friction_gain=7.0) for x in (arm, ARM))
+    box = poses_of_box(arm, 64, 0)
+    b = np.einsum("kii->i", learning.MODEL.mass_matrix(box)) / 64
+    assert ((box >= arm.lower) & (box <= arm.upper)).all()
+    np.testing.assert_allclose(law.friction_gains, [7.0 * b, 0.7 * b], rtol=1e-12)
+    q, dq, q_ref, dq_ref, _ = STATES[0]
+    dq_r, turned = dq_ref + 50.0 * (q_ref - q), np.tanh(dq_ref / 5e-3)
+    memory, limits = np.linspace(-0.2, 0.3, 24), np.full(7, np.inf)
+    law._effort = plain._effort = limits
+    tau, rate = plain.torque_and_rate(memory[:10], *STATES[0])
+    both, rates = law.torque_and_rate(memory, *STATES[0])
+    coulomb, viscous = 2.0 + np.arange(7) + memory[10:17], 0.3 + memory[17:]
+    np.testing.assert_allclose(both, tau + coulomb * turned + viscous * dq_r, rtol=1e-12)
+    wanted = [rate, -7.0 * b * turned * (dq - dq_r), -0.7 * b * dq_r * (dq - dq_r)]
+    np.testing.assert_allclose(rates, np.concatenate(wanted), rtol=1e-12)
+    assert law.memory_size == 24
+    np.testing.assert_allclose(law._lower[10:], -np.r_[2.0 + np.arange(7), [0.3] * 7])  # no friction below 0
+    np.testing.assert_allclose(law._upper[10:], np.tile(arm.effort, 2))
+    law(0.0, *STATES[0])
+    law(0.001, *STATES[0])
+    first = law.torque_and_rate(np.zeros(24), *STATES[0])[1]
+    np.testing.assert_allclose(law.signals["adapted_coulomb"], 2.0 + np.arange(7) + 0.001 * first[10:17], rtol=1e-12)
+    np.testing.assert_allclose(law.signals["adapted_viscous"], 0.3 + 0.001 * first[17:], rtol=1e-12)
 
 
 def test_its_linear_form_is_that_of_differences_at_rest():
@@ -157,7 +194,14 @@ def test_it_can_run_continuously_and_describes_itself():
 
 
 def test_the_bounds_hold_every_load_that_the_arm_carries():
-    adapted = AdaptedParameters.of("payload", ARM, SlotineLiRegressor(ARM), 1.0)
+    """Three times its rating, its centre within half a metre, and no mass below 0; 20 kg where it has none."""
+    for arm, most in ((replace(ARM, ratings=replace(ARM.ratings, payload=5.0)), 15.0), (ARM, 20.0)):
+        regressor = SlotineLiRegressor(arm)
+        adapted, base = (AdaptedParameters.of(name, arm, regressor, 4.0) for name in ("payload", "base"))
+        moments = [*[most / 2] * 3, *[most / 4] * 6]
+        np.testing.assert_allclose(adapted.upper, [most, *moments])
+        np.testing.assert_allclose(adapted.lower, [-arm.chain.links[-1].body.mass, *np.negative(moments)])
+        np.testing.assert_allclose([base.upper, -base.lower], np.full((2, 43), 10 * most / 2.0))
     assert (adapted.lower < learning.THETA).all()
     assert (adapted.upper > learning.THETA).all()
     wam = lwr_dyn.load("wam7")

@@ -46,8 +46,8 @@ def test_friction_of_the_wrapped_law_is_by_the_formula():
     np.testing.assert_allclose(q.velocity - form.velocity, [np.eye(7) * (1.5 / width + 0.5)] * 2, rtol=1e-5, atol=1e-12)
     np.testing.assert_array_equal(form.position, q.position)
     by_name = with_friction(law, ARM, DYNAMICS)
-    assert not by_name.measured
-    assert by_name.width == 1e-3
+    for plain in (by_name, FrictionCompensation(law, ARM.friction)):
+        assert (plain.measured, plain.width) == (False, 1e-3)
     np.testing.assert_array_equal(by_name.torque(np.ones(7)), LEVELS + 0.5)
     assert with_measured_friction(law, ARM, DYNAMICS).measured
 

@@ -190,6 +190,9 @@ def test_a_model_that_is_no_mass_gives_no_torque():
         mass_matrix = staticmethod(lambda q: np.diag([1.0] * 6 + [-1.0]))
         gravity_vector = inverse_dynamics = bias_torque = staticmethod(lambda q, *rest: np.zeros(7))
 
-    law, rest = JointImpedance(Unphysical(), 100.0), np.zeros(7)
-    assert np.isnan(law(0.0, rest, rest, rest, rest, rest)).all()
-    assert np.isnan(law.linear_feedback(np.zeros((1, 7))).velocity).all()
+    for law in (JointImpedance(Unphysical(), 100.0), CartesianImpedance(ARM, Unphysical())):
+        tau, form = law(0.0, REGULAR, *np.zeros((4, 7))), law.linear_feedback(REGULAR[None])
+        assert tau.shape == (7,)
+        assert np.isnan(tau).all()
+        assert np.isnan(form.velocity).all()
+        assert np.isnan(form.position).all() == isinstance(law, CartesianImpedance)

@@ -69,6 +69,7 @@ def test_the_torque_of_the_motor_side_pd_is_that_written_out():
     poses = RNG.uniform(-1, 1, (3, 7))
     weak = MotorSidePD(dynamics(), Kp, Kd, K)
     series = 1 / (1 / Kp + 1 / K)
+    assert (weak.feedforward, weak.lighter, weak.rotor.tolist()) == (True, 1.0, [0.0] * 7)
     for pose, margin in zip(poses, weak.static_margin(poses), strict=True):
         step = 1e-5 * np.eye(7)
         slope = (links().gravity_vector(pose + step) - links().gravity_vector(pose - step)) / 2e-5

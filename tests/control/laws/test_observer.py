@@ -170,18 +170,21 @@ def test_a_push_on_elastic_joints_is_seen_through_the_torque_sensors():
     assert np.abs(run.signals["torque_sensor"] - run.tau_applied).max() > 0.1  # not the torque of the motors
 
 
-def test_signals_and_beginning_of_the_inner_law_stay():
-    begun = []
+def test_signals_sensors_and_beginning_of_the_inner_law_stay():
+    begun, sensed = [], []
 
     def law(*state):
         return np.zeros(7)
 
-    law.signals, law.reset = {"own": np.ones(2)}, lambda: begun.append(0.0)
+    law.signals, law.reset, law.sense = {"own": np.ones(2)}, lambda: begun.append(0.0), sensed.append
     watched = observed(law, lwr(), lwr_dynamics())
     assert set(watched.signals) == {"own", "external_torque", "collision"}
     begun.clear()
     watched.reset()
     assert begun == [0.0]
+    readings = JointReadings(*np.zeros((5, 7)))
+    watched.sense(readings)
+    assert sensed == [readings]
 
 
 def test_observed_laws_say_what_they_see():

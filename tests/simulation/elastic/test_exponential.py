@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.model.transmission import JointElasticity
 from lwr_dyn.simulation.elastic.exponential import WEIGHTS, HeldExponential, MatrixExponential
-from lwr_dyn.simulation.elastic.plant import ElasticDynamics
+from lwr_dyn.simulation.elastic.plant import ElasticDynamics, FullElasticDynamics
 from lwr_dyn.simulation.plant import Encoder
 from tests.simulation.elastic.elastic_arms import physical, short_run, states
 
@@ -62,8 +62,9 @@ def test_a_step_against_radau(factor, external):
     assert external is None or works[2] == pytest.approx(expected[30], rel=1e-4)
 
 
-def test_a_step_with_friction_is_that_of_radau():
-    model, state = ElasticDynamics(physical(), physical().elasticity), states(9, 1)[0]
+@pytest.mark.parametrize("kind", [ElasticDynamics, FullElasticDynamics])
+def test_a_step_with_friction_is_that_of_radau(kind):
+    model, state = kind(physical(), physical().elasticity), states(9, 1)[0]
     mode = SimpleNamespace(**vars(FREE) | {"friction": lambda dx: np.repeat([0.0, 4.0], 7) * dx})
     expected, after = exact(model, state, TAU, 5e-4, mode.friction), np.zeros((2, 14))
     held = HeldExponential(model, mode, 5e-4, 2)

@@ -107,7 +107,12 @@ def test_its_laws_and_slopes():
 
 
 def test_the_laws_with_full_rotors(full):
-    check_laws(FullElasticDynamics(physical(), physical().elasticity), full)
+    elastic = FullElasticDynamics(physical(), physical().elasticity)
+    check_laws(elastic, full)
+    for x, _ in states(8, 2):
+        slopes = np.linalg.inv(ElasticDynamics.mass_matrix(elastic, x))  # of the accelerations over the torques
+        elastic.couple(x, slopes)
+        np.testing.assert_allclose(slopes, np.linalg.inv(elastic.mass_matrix(x)), rtol=1e-9, atol=1e-9)
 
 
 def test_two_engines_agree():

@@ -75,6 +75,10 @@ def test_a_link_stops_at_its_limit_while_its_motor_turns_on():
     assert run.work["stop"][-1] <= 0.0
 
 
+def test_springs_far_stiffer_than_a_step_can_follow_explicitly_are_followed_by_radau():
+    assert short_run(elasticity=1e9, method="radau", duration=0.002).audit["closed"]
+
+
 def test_external_torques_act_on_the_links():
     torque = 5.0 * np.eye(7)[1]
     run, alone = (

@@ -5,7 +5,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.trajectory.cartesian.legs import OFF_CURVE, SPEED_SHARE
+from lwr_dyn.model.spatial import rot_z, to_rpy
+from lwr_dyn.trajectory.cartesian.legs import OFF_CURVE, SPEED_SHARE, STARTS, _first_positions
 from lwr_dyn.trajectory.cartesian.tracking import PathStopError
 from lwr_dyn.trajectory.motion_files import WaypointError, read_waypoints
 
@@ -63,6 +64,42 @@ def test_a_start_adds_a_leg_to_the_first_waypoint(arm, file):
     np.testing.assert_allclose(places, [[-0.45, 0.05, 0.4], [-0.4, -0.05, 0.45]], atol=OFF_CURVE)
 
 
+@pytest.mark.parametrize(("robot", "text"), [
+    ("kr30ha", "x,y,z,roll [deg],pitch [deg],yaw [deg]\n-1,-0.05,1.3,180,0,0\n-1,0.05,1.3,180,0,0\n"),
+    ("lwr4plus", "x,y,z\n-0.45,0.05,0.4\n-0.45,0,0.4\n"),
+])  # fmt: skip
+def test_without_a_start_joint_positions_far_from_their_limits_are_found_for_the_first_waypoint(file, robot, text):
+    """Of a pose they are one of the closed form; of a place alone the tip may turn on the way."""
+    robot_arm, path = lwr_dyn.load(robot), file(text)
+    points = read_waypoints(path)
+    reference = lwr_dyn.reference("waypoints", robot_arm, waypoints=path)
+    q = reference.sample([0.0, reference.duration]).q
+    tips, wanted = lwr_dyn.forward_kinematics(robot_arm, q), points.tip_poses()
+    np.testing.assert_allclose(tips[:, :3, 3], wanted[:, :3, 3], atol=OFF_CURVE)
+    firsts = _first_positions(robot_arm, points)
+    margins = [np.minimum(robot_arm.upper - x, x - robot_arm.lower).min() for x in firsts]
+    assert (np.diff(margins) <= 1e-12).all()
+    assert min(margins) > 0.0
+    assert 2 <= len(firsts) <= STARTS
+    assert any(np.allclose(q[0], x, atol=1e-9) for x in firsts)
+    np.testing.assert_allclose(
+        lwr_dyn.forward_kinematics(robot_arm, firsts)[:, :3, 3], [wanted[0, :3, 3]] * len(firsts)
+    )
+    if points.poses is not None:
+        np.testing.assert_allclose(tips, wanted, atol=OFF_CURVE)
+        solutions = lwr_dyn.inverse_kinematics(robot_arm, wanted[0]).solutions
+        np.testing.assert_allclose(firsts, [x.q for x in solutions[:STARTS]])
+
+
+def test_a_line_may_turn_to_another_orientation(arm):
+    begin = lwr_dyn.forward_kinematics(arm, START)
+    end, rpy = begin[:3, 3] + [0.05, 0.02, 0.1], to_rpy(begin[:3, :3] @ rot_z(0.4))
+    reference = lwr_dyn.reference("line", arm, start=START, to_xyz=end, to_rpy=rpy)
+    tip = lwr_dyn.forward_kinematics(arm, reference.sample([reference.duration]).q[0])
+    np.testing.assert_allclose(tip[:3, 3], end, atol=OFF_CURVE)
+    np.testing.assert_allclose(tip[:3, :3], begin[:3, :3] @ rot_z(0.4), atol=2 * OFF_CURVE)
+
+
 def test_joint_waypoints_keep_the_speed_limits(file):
     arm = lwr_dyn.load("kr30ha")
     head = "q1 [deg],q2 [deg],q3 [rad],q4 [rad],q5 [rad],q6 [rad]"
@@ -90,6 +127,8 @@ OUTSIDE = "q1,q2,q3,q4,q5,q6,q7\n0,0,0,0,0,0,0\n0,3,0,0,0,0,0"
         (OUTSIDE, {}, WaypointError, r"waypoint 2: joint_2 at 3 rad, .* outside its limits"),
         (SQUARE.replace("-400,  100", "-4000,  100"), {}, PathStopError,
          r"the leg from waypoint 1 to 2 stops at .* out of reach"),
+        (SQUARE.replace("-400", "-100"), {}, PathStopError,
+         r"stops at 50 % of its way, point \(-0.1, 0, 0.3\) m: no arm angle keeps joint_4 within its limits, 0.\d+ r"),
         (SQUARE.replace("-400,  100", "-400, -100"), {}, OptionError, "waypoints 1 and 2: the same pose; allowed: way"),
     ],
 )  # fmt: skip

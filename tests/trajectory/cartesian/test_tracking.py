@@ -101,6 +101,13 @@ def test_a_place_out_of_reach_is_one_for_a_free_orientation_too():
     assert np.linalg.norm(place[:3, 3]) == pytest.approx(0.4 + 0.39 + 0.078, abs=1e-3)  # stretched
 
 
+@pytest.mark.parametrize("turning", [True, False])
+def test_a_pose_is_reached_where_any_joint_positions_were_found_inside_the_limits_or_not(arm, turning):
+    far, near = np.eye(4), lwr_dyn.forward_kinematics(arm, np.array([0.2, 2.3, 0.1, 1.0, 0.0, 0.5, 0.0]))
+    far[0, 3] = 3.0
+    assert [tracking._is_reached(arm, T, turning) for T in (far, near)] == [False, True]
+
+
 def test_a_whole_curve_that_its_spline_leaves_stops_where_it_comes_nearest_to_a_limit(arm):
     curve = line(arm, START, [0.1, 0.1, 0.05])
     q = np.tile(START, (4, 1))

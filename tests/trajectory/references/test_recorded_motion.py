@@ -86,7 +86,10 @@ def test_what_the_arm_cannot_do_is_said_in_one_line(tmp_path):
     beyond, fast = swing(T), MIDDLE + 0.3 * np.sin(20.0 * T)[:, None]
     beyond[:, 3] += 1.5 * np.sin(T) ** 2 + 2.5
     good, start = joints_file(tmp_path / "0.csv", swing(T)), {"start": MIDDLE}
+    close = flange_pose(ARM.chain, np.tile(MIDDLE, (201, 1)))
+    close[:, :3, 3] *= np.linspace(1.0, 0.3, 201)[:, None]
     faults = [
+        (pose_file(tmp_path / "8.csv", close), {}, "s: no arm angle keeps joint_4 within its limits, 0."),
         (joints_file(tmp_path / "1.csv", swing(T)[:, :6]), {}, "columns: q1 to q6; allowed: q1 to q7 for lwr4plus"),
         (joints_file(tmp_path / "2.csv", beyond), {}, "joint_4 at"),
         (joints_file(tmp_path / "3.csv", np.degrees(swing(T))), {}, "are these degrees? then q1 [deg] in the header"),
