@@ -75,7 +75,7 @@ def tokens_of(text: str) -> tuple[list[Token], int | None]:
     >>> [token.text for token in tokens_of("PTP P1 C_PTP ; go")[0]], tokens_of("PTP P1 C_PTP ; go")[1]
     (['PTP', 'P1', 'C_PTP'], 13)
     """
-    cut = len(text) > LONGEST and text.find(";", 0, LONGEST + 1) < 0
+    cut = len(text) > LONGEST and ";" not in text[: LONGEST + 1]
     out: list[Token] = []
     end = 0
     next_match = _TOKEN.scanner(text[: LONGEST + 1] if cut else text).match  # type: ignore[attr-defined]

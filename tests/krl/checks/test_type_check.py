@@ -10,6 +10,7 @@ COLOR, BOX = "ENUM COLOR RED,GREEN | DECL COLOR c | ", "STRUC BOX INT N[4] | DEC
 FAULTS = {
     "IF TRUE THEN": "2 missing-end", "ENDIF": "2 stray-end", "LOOP | IF TRUE THEN | ENDLOOP": "3 missing-end",
     "ELSE": "2 stray-end", "IF TRUE THEN | ELSE | ELSE | ENDIF": "4 stray-end",
+    "BOOL b | b = 1 B_AND 3": "3 type", "INT i | i = 1.5 B_OR 2": "3 type", "INT i | i = 1 B_EXOR 2": "",
     "DECL FRAME f | f = {X 1, X 2}": "3 duplicate-name", "DECL FRAME f | f = {NIX: X 1}": "3 unknown-type",
     "INT abcdefghijklmnopqrstuvwx": "", "INT abcdefghijklmnopqrstuvwxy": "2 long-name?",
     "f() | END | DEFFCT INT f( ) | RETURN 1 | ENDFCT | DEF g( )": "2 unused-value?", "EXIT": "2 stray-exit",

@@ -84,11 +84,13 @@ def test_a_spline_through_50_points_is_smooth_and_inside_its_bounds(arm):
 def test_the_points_of_a_block_are_met_at_the_end_of_their_motions(arm):
     steps = ["SLIN_REL {Y 100}", "SPL_REL {Y 50, Z 20, C 5}", "SPL_REL {Y 50, Z 50}", "SLIN_REL {Z 60, C -5}",
              "SCIRC_REL {Y 50, Z 50}, {Z 100}"]  # fmt: skip
-    run, plain = block(arm, *steps), run_of(arm, HOME, *(x.replace("SPL_REL", "LIN_REL") for x in steps))
+    after = "LIN_REL {X -30}"
+    run = block(arm, *steps, tail=f"ENDSPLINE\n{after}")
+    plain = run_of(arm, HOME, *(x.replace("SPL_REL", "LIN_REL") for x in steps), after)
     for a, b in zip(run.executed, plain.executed, strict=True):
         assert np.abs(a.q - b.q).max() < 1e-9
         assert np.abs(run.timeline.sample([a.end]).q - a.q).max() < 1e-9
-    assert [x.position.line for x in run.executed[1:]] == [8, 9, 10, 11, 12]
+    assert [x.position.line for x in run.executed[1:]] == [8, 9, 10, 11, 12, 14]
     assert all(a.end == b.begin for a, b in zip(run.executed[1:], run.executed[2:], strict=False))
 
 

@@ -13,7 +13,7 @@ from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix
 from lwr_dyn.krl.running.program_run import ProgramError, run_program
 from lwr_dyn.krl.writing.motion_program import Approximation, PathProgram, ProgramSpeeds, _root, speeds_of
-from lwr_dyn.krl.writing.path_fit import FittedMotion, Tolerance, fitted_motions, path_deviation
+from lwr_dyn.krl.writing.path_fit import FittedMotion, Tolerance, _reach, fitted_motions, path_deviation
 from lwr_dyn.krl.writing.path_program import WritingOptions, _possible, _slow_enough, write_path
 from lwr_dyn.krl.writing.sampled_path import path_of_motion, read_sampled_path
 from lwr_dyn.model.run import Motion
@@ -179,6 +179,16 @@ def test_a_program_that_is_somewhere_else_is_seen(arm, square):
     found = path_deviation(other, written.written.motions, written.run, Tolerance())
     assert found.position == pytest.approx(3e-3, rel=1e-3)
     assert not found.holds(Tolerance())
+    turned = type(path)(arm, path.q, path.T @ frame_matrix((0, 0, 0, 1, 0, 0)), path.tool, None, "turned")
+    found = path_deviation(turned, written.written.motions, written.run, Tolerance())
+    assert (found.position, found.orientation) == pytest.approx((0.0, np.radians(1.0)), rel=1e-3, abs=1e-6)
+
+
+def test_a_path_in_space_reaches_up_to_where_it_must_be_ptp(arm, square):
+    path = read_sampled_path(square, arm, **FRAMES)
+    last = len(path.q) - 1
+    assert _reach(path, 1e-3, [(3, 5)]).tolist() == [3] * 4 + [4] + [last] * (last - 4)
+    assert _reach(path, 1e-3, ()).tolist() == [last] * (last + 1)
 
 
 def test_a_speed_that_an_axis_cannot_keep_is_lowered(arm, square):
