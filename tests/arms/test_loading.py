@@ -103,6 +103,8 @@ def test_a_written_urdf_carries_rotors_and_a_run_finds_its_arm_with_them_its_mou
     assert arm_of(run) is arm
     with pytest.raises(LwrDynError, match="run: loaded with options that do not exist; allowed: a run made by simul"):
         arm_of(replace(run, setup=None, meta={**run.meta, "loaded_with": {"lens": 1}}))
+    with pytest.raises(LwrDynError, match="run: does not say of which robot it is; allowed: a run made by simulate"):
+        arm_of(replace(run, setup=None, meta={"robot": 3}))
 
 
 def test_advice_says_which_are_missing_and_other_commands_do_not(lwr_dyn_command):

@@ -22,6 +22,7 @@ def test_joint_vectors_of_any_number_type_and_batch_become_float64(value):
     [
         (0.0, "q: a single number; allowed: 2 numbers, one per joint"),
         ([1.0, 2.0, 3.0], "q: 3 numbers; allowed: 2 numbers, one per joint"),
+        ([1.0], "q: 1 number; allowed: 2 numbers, one per joint"),
         (["a", "b"], "q: not an array of numbers; allowed: real numbers"),
         ([[1.0], [2.0, 3.0]], "q: not an array of numbers; allowed: real numbers"),
         (None, "q: nan; allowed: finite numbers"),

@@ -136,6 +136,10 @@ def test_rotors_between_joints_and_friction_with_load_are_said_above_rounding():
         links = [replace(x, rotor=Rotor(1.0, y, True)) for x, y in zip(tx40.chain.links, armature, strict=True)]
         assert bool(tx40.with_chain(replace(tx40.chain, links=tuple(links))).coupled_rotors) == said
     assert replace(tx40, transmission=None).coupled_rotors == ""
+    bare = [replace(x, rotor=None if k in (1, 3) else x.rotor) for k, x in enumerate(ARM.chain.links)]
+    said = "lwr4plus (physical): no rotor inertia of joint_2 and joint_4 given (add it): gears make a real arm heavier"
+    assert ARM.with_chain(replace(ARM.chain, links=tuple(bare))).rotor_caveat("add it").startswith(said)
+    assert ARM.rotor_caveat() == ""
     assert tx40.with_locked_joint("joint_1", 0.0).coupled_rotors == ""
     grows = replace(WAM, friction=(None, replace(WAM.friction[1], load=0.123), *WAM.friction[2:]))
     assert grows.friction_with_load == "left out: friction that grows with the load, 0.12 of it at joint_2"

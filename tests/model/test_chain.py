@@ -11,13 +11,16 @@ from lwr_dyn.model.chain import (
     Body,
     Convention,
     DHRow,
+    Installation,
     JointKind,
     Rotor,
+    Tool,
     first_links,
     is_physical,
     joint_motion,
     link_frames,
     lock_joint,
+    names_of_ends,
     unphysical_links,
     with_bodies,
     with_payload,
@@ -142,6 +145,16 @@ def test_the_first_links_end_in_the_frame_of_the_last_of_them():
     np.testing.assert_array_equal(last, flange)
     np.testing.assert_array_equal(last, list(link_frames(chain, q))[1])
     assert first_links(chain, chain.n) is chain
+
+
+def test_the_ends_of_a_chain_are_named():
+    chain, turned = random_arm(5).chain, Pose(rot_x(0.1), np.zeros(3))
+    for mount, frame, names in (
+        (None, Pose.identity(), ("base", "flange")), (turned, Pose.identity(), ("world", "flange")),
+        (None, turned, ("base", "tool centre point")), (turned, turned, ("world", "tool centre point")),
+    ):  # fmt: skip
+        assert names_of_ends(Installation.of(chain, mount, Tool(frame))) == names
+    assert names_of_ends(None) == ("base", "flange")
 
 
 LAMINA = np.diag([1.0, 1.0, 2.0])
