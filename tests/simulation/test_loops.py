@@ -1,5 +1,7 @@
 """Every run balances its energy: 14 s of every controller, any arm, stops and friction included."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,7 +12,7 @@ from lwr_dyn.control.protocol import joint_torque
 from lwr_dyn.foundation.errors import DivergenceError, OptionError, ShapeError
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.friction import Direction, JointFriction
-from lwr_dyn.simulation.audit import audit
+from lwr_dyn.simulation.audit import Intervals, audit
 from lwr_dyn.simulation.contact import ACTIVE_FRICTION
 from lwr_dyn.simulation.loops import REPORTS, Log, active_friction
 from lwr_dyn.simulation.setup import Loop, prepare
@@ -166,6 +168,27 @@ def test_a_continuous_run_and_its_works_are_those_of_scipys_integrator(law):
     np.testing.assert_allclose(run.tau_command[:, 0], wanted, atol=1e-6)
     assert np.array_equal(run.tau_applied, np.clip(run.tau_command, -1.9, 1.9))
     np.testing.assert_allclose(run.tau_friction, 0.7 * run.dq, rtol=1e-12)
+
+
+@pytest.mark.parametrize("degree", [3, 5])
+def test_between_samples_of_a_continuous_run_the_torque_is_a_polynomial_through_six(degree):
+    """What four say otherwise, with a millionth of the largest torque, is uncertain; in the motion h^2 B^-1 of it."""
+    run = simulate(lwr(), controllers()["pd-gravity"], joint_waves(0.02), continuous=True)
+    rows = np.array([0, 1, 2, 9, 17, 19])
+
+    def torque(t):
+        return np.outer(1.0 + 3.0 * (t / 0.02) ** degree, np.linspace(1.0, 2.0, 7))
+
+    judge = Intervals(replace(run, tau_applied=torque(run.t)), rows, lwr_dynamics("newton-euler"))
+    for s in (0.0, 0.3, 1.0):
+        np.testing.assert_allclose(judge.torque(s), torque(run.t[rows] + s * 1e-3), rtol=1e-10)
+    least, B = 1e-6 * judge.scale(), lwr_dynamics().mass_matrix(run.q[rows])
+    assert judge.scale() == max(np.abs(lwr_dynamics().gravity_vector(run.q[rows])).max(), 8.0)
+    found, gap = judge.uncertainties()
+    off = max(np.abs(judge.torque(s, 4) - torque(run.t[rows] + s * 1e-3)).max() for s in (0.25, 0.5, 0.75))
+    assert found == pytest.approx(least + off, rel=1e-6)
+    assert (off > 1e-5) == (degree == 5)
+    assert gap == pytest.approx(found * 1e-6 * np.abs(np.linalg.inv(B)).max(), rel=1e-9)
 
 
 def test_under_hold_the_work_is_torque_times_travel_and_continuous_runs_bring_their_own():

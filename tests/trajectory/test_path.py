@@ -38,7 +38,11 @@ def test_the_path_is_continuous_over_its_joints_and_clipped_at_its_ends():
         a, b = path.at([s - 1e-12, s]).p
         np.testing.assert_allclose(a, b, atol=1e-11)
     np.testing.assert_allclose(path.at([-1.0, path.length + 1.0]).p, [[0, 0, 0.3], [0, 0.1, 0.15]], atol=1e-15)
-    np.testing.assert_array_equal(path.at([0.3]).dp, [[0, 1, 0]])  # of the segment that begins there
+    here = path.at([0.3])
+    np.testing.assert_array_equal(here.dp, [[0, 1, 0]])  # of the segment that begins there
+    assert not any(
+        x.flags.writeable for x in (here.p, here.dp, here.ddp, path.segments[0].start, path.segments[2].centre)
+    )
 
 
 def assert_smooth_curve(segment, margin=5 * STEP):

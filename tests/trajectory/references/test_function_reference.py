@@ -103,8 +103,20 @@ BAD = {
     "nan": (lambda t: [math.nan if t > 0.5 else 0.0] * 7, {"duration": 1}, ShapeError, "t = 0.5025 s: nan at"),
     "fails": (lambda t: 1 / 0, {"duration": 1}, OptionError, "ZeroDivisionError at t = 0 s"),
     "jump": (step, {"duration": 1}, OptionError, "position of joint_1 jumps by 0.1 rad at t = 0.4 s"),
+    "jump, small": (
+        lambda t: wave(t) + 2e-8 * (t > 0.4),
+        {"duration": 1},
+        OptionError,
+        "jumps by 2.04e-08 rad at t = 0.4",
+    ),
     "jump, all given": (step, {"duration": 1, "dq": wave, "ddq": wave}, OptionError, "jumps by 0.1 rad at t = 0.4 s"),
     "kink": (ramp, {"duration": 1}, OptionError, "speed of joint_1 jumps by 2 rad/s at t = 0.5 s"),
+    "kink, dq given": (
+        ramp,
+        {"duration": 1, "dq": lambda t: np.sign(t - 0.5) * W**0},
+        OptionError,
+        "jumps by 2 rad/s at",
+    ),
     "limit": (lambda t: 3 * t * W**0, {"duration": 1}, PathLimitError, "at t = 1 s, reference q(t): joint_2 at 3 rad"),
     "speed": (lambda t: wave(9 * t), {"duration": 1}, PathLimitError, "6.3 rad/s, 1.96 times its speed limit"),
     "dq": (wave, {"duration": 1, "dq": lambda t: 2 * wave_rate(t)}, OptionError, "dq(t) of joint_1: 0.2 at t = 0 s"),
@@ -127,6 +139,9 @@ def test_kinks_are_allowed_where_derivatives_are_given_and_limits_can_be_left(ar
         ramp, arm, duration=1.0, dq=lambda t: np.full(7, np.sign(t - 0.5)), ddq=lambda t: np.zeros(7)
     )
     assert move.sample(np.array([0.25, 0.75])).dq[:, 3].tolist() == [-1.0, 1.0]
+    lwr_dyn.reference(  # a jump that is as small beside the duration as rounding may be
+        lambda t: wave(t) + 2e-8 * (t > 0.4), arm, duration=3.0, dq=wave_rate, ddq=wave_second
+    )
     fast = lwr_dyn.reference(lambda t: wave(9 * t), arm, duration=1.0, limits=False)
     assert fast.sample(np.array([0.0])).dq[0, 6] == pytest.approx(6.3)
 
