@@ -100,7 +100,7 @@ class JointInertia:
             return self._parabola_maximum(q, j)
         samples = self._along(q, j, _NODES)
         a0, a1, b1, a2, b2 = np.linalg.solve(_WAVES, samples.T)
-        best = _best_of_line(np.linspace(self.lower[j], self.upper[j], _LINE), a1, b1, a2, b2)
+        best = _best_of_line(np.linspace(self.lower[j], self.upper[j], _LINE), a0, a1, b1, a2, b2)
         for _ in range(6):
             c, s, c2, s2 = np.cos(best), np.sin(best), np.cos(2 * best), np.sin(2 * best)
             slope = -a1 * s + b1 * c - 2 * a2 * s2 + 2 * b2 * c2
@@ -140,15 +140,16 @@ class JointInertia:
 
 
 def _best_of_line(x: Array, *wave: Array) -> Array:
-    """Where among x (m,) a1 cos x + b1 sin x + a2 cos 2x + b2 sin 2x is largest, for coefficients (k,) each: (k,).
+    """Where among x (m,) a0 + a1 cos x + b1 sin x + a2 cos 2x + b2 sin 2x is largest, for coefficients (k,) each: (k,).
 
     Some rows at a time: their values stay in the processor's cache.
     """
     forms, best = (np.cos(x), np.sin(x), np.cos(2 * x), np.sin(2 * x)), np.empty(len(wave[0]))
     term = np.empty((_ROWS, len(x)))
     for at in range(0, len(best), _ROWS):
-        first, *others = (weight[at : at + _ROWS, None] for weight in wave)
+        a0, first, *others = (weight[at : at + _ROWS, None] for weight in wave)
         line = first * forms[0]
+        line += a0  # rounds alike what is as large on both sides of 0: the first of them is taken
         for weight, form in zip(others, forms[1:], strict=True):
             line += np.multiply(weight, form, out=term[: len(line)])
         best[at : at + _ROWS] = x[np.argmax(line, axis=-1)]
