@@ -113,7 +113,7 @@ def run_stiff(setup: Setup, progress: Progress | None = None) -> Run:
 
 def _followed(solver: LSODA, t: Array, follows: Callable[[Array], bool]) -> tuple[Array, Array | None]:
     """The states at the times t (k,) as far as they can be followed, and the torque that ended them, if one did."""
-    rows: list[Array] = []
+    rows: list[Array] = [solver.y.copy()]  # at t[0]: a first step that fails leaves what the run began with
     try:
         with np.errstate(over="ignore", invalid="ignore"):
             while solver.status == "running":
@@ -121,8 +121,8 @@ def _followed(solver: LSODA, t: Array, follows: Callable[[Array], bool]) -> tupl
                     break
                 rows.extend(solver.dense_output()(t[len(rows) : np.searchsorted(t, solver.t, "right")]).T)
     except Diverged as end:
-        return np.array(rows or [solver.y]), end.command
-    return np.array(rows or [solver.y]), None
+        return np.array(rows), end.command
+    return np.array(rows), None
 
 
 def _refuse_stops(setup: Setup, log: Log) -> None:
