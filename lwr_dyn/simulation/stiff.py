@@ -117,7 +117,8 @@ def _followed(solver: LSODA, t: Array, follows: Callable[[Array], bool]) -> tupl
     try:
         with np.errstate(over="ignore", invalid="ignore"):
             while solver.status == "running":
-                if solver.step() is not None or not follows(solver.y):  # a message: it failed
+                failed = solver.step() is not None or solver.t == solver.t_old  # a message, or too short for the clock
+                if failed or not follows(solver.y):
                     break
                 rows.extend(solver.dense_output()(t[len(rows) : np.searchsorted(t, solver.t, "right")]).T)
     except Diverged as end:

@@ -58,6 +58,7 @@ def test_a_motion_that_grows_without_bound_or_a_torque_that_is_none_ends_the_run
         (lambda t, q, *_: 8.0 * q**3, r"t = 0\.71 s: joint_1: 381 m/s at the last sample that can be followed"),
         (lambda t, q, *_: [8.0 * q[0] ** 3 if q[0] < 2.0 else np.nan], r"joint_1: torque command nan"),
         (lambda *_: [np.nan], "t = 0 s: joint_1: torque command nan"),
+        (lambda *_: [1e300], "t = 0 s: joint_1: 1 m/s at the last sample that can be followed"),
     ]
     for law, words in ends:
         with pytest.raises(DivergenceError, match=words) as fault:
