@@ -2,11 +2,11 @@
 
 import pytest
 
-from tests.codegen.kernels.plain_kernel import kernels_by_python
-
 
 @pytest.fixture(scope="module")
 def by_python():
     """Formulas are those of the text: batches of this module run it by Python, without a compiler."""
+    from tests.codegen.kernels.plain_kernel import kernels_by_python  # where llvmlite is not there, its tests are skipped
+
     with kernels_by_python():
         yield
