@@ -2,9 +2,10 @@
 
     tau = Y(q, dq, ddq) pi,   pi_i = (m, m cx, m cy, m cz, Ixx, Ixy, Ixz, Iyy, Iyz, Izz) about the origin of frame i
 
-A column is the torque of the Newton-Euler recursion for a chain with one parameter of 1 and all others 0. Friction and
-rotors add columns for their own joint. A source may leave a parameter open where no torque depends on it, its column
-being zero at all states: of a link on a vertical first axis only Izz moves anything.
+A column is the torque of the Newton-Euler recursion for a chain with one parameter of 1 and all others 0: the force and
+moment of that unit, carried inward. All columns go together. Friction and rotors add columns for their own joint. A
+source may leave a parameter open where no torque depends on it, its column being zero at all states: of a link on a
+vertical first axis only Izz moves anything.
 """
 
 from collections.abc import Sequence
@@ -14,9 +15,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.dynamics.recursion import (
-    LinkConstants,
     LinkKinematics,
-    joint_torques,
     lever_acceleration,
     link_constants,
     link_kinematics,
@@ -24,7 +23,7 @@ from lwr_dyn.dynamics.recursion import (
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.chain import Body, Chain
-from lwr_dyn.model.spatial import ZERO, Matrix3, Vector, steiner
+from lwr_dyn.model.spatial import ZERO, Matrix3, Vector
 
 INERTIAL = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 """Mass [kg], first moment [kg m], tensor about the origin of the frame [kg m^2]."""
@@ -73,22 +72,26 @@ class Regressor:
 
         References
         ----------
-        Siciliano et al., *Robotics*, section 7.2.2, eq. 7.52 (linearity in the dynamic parameters).
+        Siciliano et al., *Robotics*, section 7.2.2, eq. 7.52 (linearity in the dynamic parameters); Atkeson, An,
+        Hollerbach, "Estimation of Inertial Parameters of Manipulator Loads and Links", 1986 (wrenches of a link by its
+        parameters, carried inward).
         """
         k, n = q.shape
         out = np.zeros((k, n, (len(INERTIAL) + len(JOINT)) * n))
-        gravity = Vector.of(self.chain.gravity)
+        links = [replace(link, com=ZERO) for link in link_constants(self.chain)]
         q_i, dq_i, ddq_i = ([x[:, i] for i in range(n)] for x in (q, dq, ddq))
-        bare = [_bare(link) for link in link_constants(self.chain)]
-        motions = link_kinematics(bare, gravity, q_i, dq_i, ddq_i)
-        for i in range(n):
-            for p, unit in enumerate(_unit_bodies(bare[i])):
-                moved = [*motions[:i], _with_centre(motions[i], unit.com)]
-                torque = joint_torques([*bare[:i], unit], moved, dq_i, ddq_i, rotors="none")
-                for j, values in enumerate(torque):
-                    out[:, j, len(INERTIAL) * i + p] = values
-            mass = out[:, :, len(INERTIAL) * i, None]
-            out[:, :, len(INERTIAL) * i + 1 : len(INERTIAL) * i + 4] -= mass  # that body had a mass of 1 too
+        motions = link_kinematics(links, Vector.of(self.chain.gravity), q_i, dq_i, ddq_i)
+        f = mu = _stacked([], k)  # of the parameters of link i and of those outside it, in the order of the columns
+        for i in reversed(range(n)):
+            link, m = links[i], motions[i]
+            own_f, own_mu = _unit_wrenches(m)
+            f, mu = _joined(_stacked(own_f, k), f), _joined(_stacked(own_mu, k), mu)
+            mu = mu - f.cross(m.r)
+            f, mu = m.R @ f, m.R @ mu  # into the joint frame
+            out[:, i, len(INERTIAL) * i : len(INERTIAL) * n] = (mu.z if link.revolute else f.z).T
+            if not link.before_is_identity:  # to frame i-1, about its origin
+                f, mu = link.turn_before @ f, link.turn_before @ mu
+                mu = mu + link.shift_before.cross(f)
         first = len(INERTIAL) * n
         for i in range(n):
             columns = slice(first + len(JOINT) * i, first + len(JOINT) * (i + 1))
@@ -102,28 +105,37 @@ def friction_columns(dq: Array, ddq: Array) -> Array:
     return np.column_stack([ddq, up, up * dq, -down, down * dq])
 
 
-def _bare(link: LinkConstants) -> LinkConstants:
-    return replace(link, mass=0.0, com=ZERO, inertia=Matrix3(ZERO, ZERO, ZERO), gear_ratio=0.0, rotor_inertia=0.0)
+def _unit_wrenches(m: LinkKinematics) -> tuple[list[Vector], list[Vector]]:
+    """Forces and moments of a moving link for one unit of each parameter, about the origin of its frame, there.
 
-
-def _with_centre(origin: LinkKinematics, com: Vector) -> LinkKinematics:
-    """The motion of a link whose centre of mass is at `com`, from that of one with its centre at the frame's origin."""
-    return replace(origin, ddp_com=origin.ddp_com + lever_acceleration(origin.omega, origin.domega, com))
-
-
-def _unit_bodies(bare: LinkConstants) -> Sequence[LinkConstants]:
-    """The link with a mass of 1; with that mass at one unit along each axis; with each element of the tensor 1.
-
-    The middle three have no inertia about the origin: their tensor about the centre of mass is negative.
+    The acceleration of that origin is `m.ddp_com`.
     """
-    bodies = [replace(bare, mass=1.0)]
-    for axis in np.eye(3):
-        bodies.append(replace(bare, mass=1.0, com=Vector.of(axis), inertia=Matrix3.of(-steiner(1.0, axis))))
-    for a, b in ROW_BY_ROW:
-        tensor = np.zeros((3, 3))
-        tensor[a, b] = tensor[b, a] = 1.0
-        bodies.append(replace(bare, inertia=Matrix3.of(tensor)))
-    return bodies
+    axes = [Vector.of(axis) for axis in np.eye(3)]
+    forces = [m.ddp_com, *(lever_acceleration(m.omega, m.domega, axis) for axis in axes), *(ZERO for _ in UNIT_TENSORS)]
+    tensors = [unit @ m.domega + m.omega.cross(unit @ m.omega) for unit in UNIT_TENSORS]
+    return forces, [ZERO, *(axis.cross(m.ddp_com) for axis in axes), *tensors]
+
+
+def _unit_tensor(a: int, b: int) -> Matrix3:
+    tensor = np.zeros((3, 3))
+    tensor[a, b] = tensor[b, a] = 1.0
+    return Matrix3.of(tensor)
+
+
+UNIT_TENSORS = tuple(_unit_tensor(a, b) for a, b in ROW_BY_ROW)
+"""With one element of 1, and its mirror."""
+
+
+def _stacked(vectors: Sequence[Vector], k: int) -> Vector:
+    """Vectors of k states, or the same at all, as one whose components are (number of vectors, k)."""
+    out = np.zeros((3, len(vectors), k))
+    for p, v in enumerate(vectors):
+        out[0, p], out[1, p], out[2, p] = v.x, v.y, v.z
+    return Vector(*out)
+
+
+def _joined(first: Vector, second: Vector) -> Vector:
+    return Vector(*(np.concatenate([getattr(first, c), getattr(second, c)]) for c in "xyz"))
 
 
 STATES = 20
