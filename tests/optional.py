@@ -6,6 +6,7 @@ import what they need. In CI everything of `[dev]` is installed: there a test is
 package of `NOT_IN_CI`, and any other fails. (A plugin of pytest: see conftest.py.)
 """
 
+import importlib
 import os
 import sys
 from importlib.abc import MetaPathFinder
@@ -96,14 +97,18 @@ def pytest_runtest_makereport(item, call):
     _as_skipped(report, call.excinfo and call.excinfo.value, path, (line or 0) + 1)
 
 
-@pytest.hookimpl(hookwrapper=True)
+@pytest.hookimpl(tryfirst=True)
 def pytest_make_collect_report(collector):
-    report = (yield).get_result()
-    excinfo = report.call.excinfo if hasattr(report, "call") else None
-    path = getattr(collector, "path", Path())
-    if report.failed:
-        _forget(path)
-    _as_skipped(report, excinfo and excinfo.value, path, 1)
+    """That of a file that lacks a package; else pytest makes it, which would spend seconds on tracebacks here."""
+    if not isinstance(collector, pytest.Module):
+        return None
+    try:
+        importlib.import_module(".".join(collector.path.relative_to(collector.config.rootpath).with_suffix("").parts))
+    except Exception as fault:
+        _forget(collector.path)
+        why = skipped_for(missing_packages(fault))
+        return why and pytest.CollectReport(collector.nodeid, "skipped", (str(collector.path), 1, why), [])
+    return None
 
 
 def _forget(path: Path) -> None:

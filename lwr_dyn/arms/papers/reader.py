@@ -8,6 +8,7 @@ import hashlib
 import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 from lwr_dyn.arms.papers import schema
@@ -93,8 +94,11 @@ def _column_and_row(path: str) -> tuple[str, int | None]:
     return column, row
 
 
+@lru_cache(maxsize=128)
 def parse_paper(text: str, file: str, reading: str | None = None) -> Paper:
     """The text of a data file (TOML of schema 1) under one of its readings, its own default if not given.
+
+    The same text gives the same paper again: it is not to be changed.
 
     Raises `PaperError`, with file, field and what is allowed, for broken TOML or a breach of the schema;
     `UnknownNameError` for a reading of another name.
@@ -102,6 +106,7 @@ def parse_paper(text: str, file: str, reading: str | None = None) -> Paper:
     return paper_of_tables(parse_toml(text, file), file, reading, digest=_digest(text))
 
 
+@lru_cache(maxsize=128)
 def parse_readings(text: str, file: str) -> tuple[Paper, ...]:
     """The text of a data file under each of its readings, the default first; raises as `parse_paper`."""
     tables, digest = parse_toml(text, file), _digest(text)

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from lwr_dyn.arms.papers import catalog
+from lwr_dyn.arms.papers import catalog, reader
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper, published, readings, robots, studied, template
 from lwr_dyn.arms.papers.reader import apply_errata, parse_paper
@@ -30,6 +30,8 @@ def parsed(monkeypatch):
         return tables
 
     monkeypatch.setattr(tomllib, "loads", counted)
+    for cached in (reader.parse_paper, reader.parse_readings):
+        cached.cache_clear()
     return names
 
 
