@@ -139,6 +139,9 @@ def test_a_run_that_diverges_keeps_its_samples_and_is_refused(asked, lwr_dyn_com
     assert err.splitlines()[-1] == "lwr-dyn: the simulation diverges at t = 0.1 s: joint_2: 9; allowed: less"
     np.testing.assert_array_equal(Run.load("run.npz").q, two_runs[0].q)
     assert lwr_dyn_command("simulate", "lwr4plus", *SHORT)[1] == ""
+    fast = ("--omega-n", "3000", "--no-saturation", "--controller", "inverse-dynamics", "--elastic", "file")
+    notes = lwr_dyn_command("simulate", "lwr4plus", *SHORT, *fast)[2].splitlines()[-3:-1]
+    assert ["unstable" in line for line in notes] == [True, True]
 
 
 def test_friction_is_said_in_words():

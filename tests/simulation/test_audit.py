@@ -18,6 +18,7 @@ from lwr_dyn.simulation import flow
 from lwr_dyn.simulation.audit import (
     ENERGY_TOLERANCE,
     NODES,
+    Intervals,
     audit,
     audit_lines,
     audit_words,
@@ -312,6 +313,14 @@ def test_the_other_road_sees_a_falsified_column_and_late_torques(column):
     assert result.judged == 500
     late = np.vstack([followed().tau_applied[:1], followed().tau_applied[:-1]])
     assert other_road(replace(followed(), tau_applied=late)).residual > 1e-2
+
+
+def test_the_torque_of_a_continuous_run_is_a_polynomial_through_as_many_samples_on_both_sides():
+    tau, rows = np.sin(np.arange(40.0))[:, None], np.array([0, 5, 38])
+    run = SimpleNamespace(t=np.arange(40.0), tau_applied=tau)
+    part = SimpleNamespace(loop=SimpleNamespace(continuous=True), rows=rows, run=run)
+    np.testing.assert_allclose(Intervals.torque(part, 0.25, 2), 0.75 * tau[rows] + 0.25 * tau[rows + 1])
+    np.testing.assert_allclose(Intervals.torque(part, 0.5, 4)[1], (9 * tau[[5, 6]].sum() - tau[[4, 7]].sum()) / 16)
 
 
 SOUND = {

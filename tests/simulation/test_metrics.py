@@ -17,6 +17,7 @@ from lwr_dyn.pages.replay.replay_page import page_data
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.simulation.metrics import RIGID, metrics, stop_contacts
 from lwr_dyn.trajectory.references.joint_moves import lspb_move
+from tests.random_arms import random_arm
 from tests.simulation.sample_runs import lwr, one_joint, with_limits
 
 
@@ -62,6 +63,14 @@ def test_torques_speeds_and_margins():
     free = replace(ARM, limits=(replace(ARM.limits[0], effort=None),))
     shown = [metrics(run, arm).table().text().splitlines()[-1].split()[-1] for arm in (ARM, free)]
     assert (shown, metrics(run, free).to_json()["saturated_s"]) == (["0.1", "?"], [None])
+
+
+@pytest.mark.parametrize(("kinds", "unit"), [("RR", "N m"), ("PP", "N"), ("RP", "N m, N")])
+def test_torques_have_the_units_of_the_joints(kinds, unit):
+    headings = [
+        heading.head for heading in metrics(run_of(np.zeros((2, 2)), 0.0), random_arm(1, kinds)).table().columns
+    ]
+    assert f"peak torque [{unit}]" in headings
 
 
 def test_unknown_limits_are_nan_and_null():

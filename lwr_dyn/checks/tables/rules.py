@@ -241,6 +241,8 @@ def one_digit_apart(a: PrintedNumber, b: PrintedNumber) -> bool:
     >>> from lwr_dyn.model.printed_number import printed_number
     >>> one_digit_apart(printed_number("0.03935326"), printed_number("0.03935426"))
     True
+    >>> one_digit_apart(printed_number("0.5"), printed_number("0.4"))  # of two digits that says nothing
+    False
     """
     x, y = a.text.lstrip("+-"), b.text.lstrip("+-")
     if is_simple(a) or is_simple(b):

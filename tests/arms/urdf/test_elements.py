@@ -13,7 +13,7 @@ from lwr_dyn.model.friction import Direction, JointFriction, Sigmoid
 
 
 def test_a_copy_is_the_element_indented_with_its_numbers_and_a_frame_weighs_nothing():
-    xml = '<visual name="1e"><origin xyz="1 2  3" rpy="1e999 0 0"/><text> a &lt; b /&gt;</text></visual>'
+    xml = '<visual name="1e" id="1_0"><origin xyz="1 2  3" rpy="1e999 0 0"/><text> a &lt; b /&gt;</text></visual>'
     out = SourcedText()
     out.copied(2, compact(ElementTree.fromstring(xml)), "/v")
     assert compact(ElementTree.fromstring("\n".join(out.text))) == compact(ElementTree.fromstring(xml))

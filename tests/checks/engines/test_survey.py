@@ -152,6 +152,7 @@ def test_what_was_found_is_said_in_tables_and_for_programs(imitated):
     assert lines[1].split() == head.split()
     assert lines[3].split() == f"pinocchio 3 0.0e+00 0.0e+00 0.0e+00 {share:.1e} {size:.2g} 0.0e+00".split()
     assert lines[4:] == ["torque: B ddq + C dq + g with rotors and friction, as the engine's own motion needs it"]
+    assert "verdict torque [N m] share" in " ".join(loss_table(imitated).text().splitlines()[1].split())
     (row,) = loss_table(imitated).record()
     assert list(row.values()) == [
         "pinocchio", "rotor inertia", "ignored", size, share, ".srdf by loadRotorParameters", ""

@@ -1,6 +1,6 @@
 import pytest
 
-from lwr_dyn.checks.urdf.xml_tree import Place, XmlFaultError, numbers, read_tree, scalar, vector
+from lwr_dyn.checks.urdf.xml_tree import Place, XmlFaultError, expand_with_places, numbers, read_tree, scalar, vector
 
 
 @pytest.mark.parametrize(
@@ -41,6 +41,14 @@ def test_text_that_is_no_xml(text, place, said):
     with pytest.raises(XmlFaultError, match=said) as fault:
         read_tree(text, "f")
     assert fault.value.place == place
+
+
+def test_behind_a_file_that_need_not_be_there_others_are_looked_for_where_they_are(tmp_path):
+    space = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    absent, there = '<xacro:include filename="sub/absent.xacro" optional="true"/>', '<xacro:include filename="b.xacro"/>'
+    (tmp_path / "a.xacro").write_text(f'<robot name="a" {space}>{absent}{there}</robot>')
+    (tmp_path / "b.xacro").write_text(f'<robot {space}><link name="b"/></robot>')
+    assert 'name="b"/>' in expand_with_places(tmp_path / "a.xacro", {})
 
 
 def test_a_place_attribute_counts_only_where_places_are_carried():

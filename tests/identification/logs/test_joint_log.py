@@ -288,8 +288,9 @@ def files(pair, tmp_path):
     return tmp_path
 
 
-def test_a_digest_is_of_what_was_measured(pair):
+def test_a_digest_is_of_what_was_measured_and_that_cannot_be_changed(pair):
     one, other = pair
+    assert not any(array.flags.writeable for array in (one.t, one.q, one.tau))
     touched = one.tau.copy()
     touched[-1, -1] = np.nextafter(touched[-1, -1], np.inf)
     assert digest_of(one) == digest_of(replace(one, source="elsewhere", t=one.t + 7.0, dq=one.q))

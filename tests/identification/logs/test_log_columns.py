@@ -1,5 +1,7 @@
 """A map of columns reads a file with names of its own as the same log; units that are open are asked for."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from lwr_dyn.identification.logs.joint_log import JointLog, read_log, write_log
 from lwr_dyn.identification.logs.log_columns import ColumnMap, column_map
 from lwr_dyn.model.friction import symmetric
 from tests.identification.simulated import ideal_cruise
+from tests.random_arms import random_arm
 
 LOG = ideal_cruise([symmetric(2.0, 0.5), symmetric(1.0, 0.3)], (0.1, -0.2))
 
@@ -38,6 +41,14 @@ def test_a_map_reads_the_same_log(case, tmp_path):
     (tmp_path / "map.toml").write_text(f'time = "stamp"\nq = "{q}"\ntau = {tau!r}\njoints = ["base", "arm"]\n')
     log = read_log(tmp_path / "x.csv", columns=column_map(tmp_path / "map.toml"))
     assert all(np.array_equal(getattr(log, name), getattr(LOG, name)) for name in ("t", "q", "tau"))
+
+
+def test_a_joint_that_slides_has_no_columns_of_one_that_turns_and_the_other_way_round(tmp_path):
+    (tmp_path / "x.csv").write_text(table(("time [s]", "q1 [deg]", "q2 [mm]", "tau1 [N m]", "tau2 [N]")))
+    read_log(tmp_path / "x.csv", arm=random_arm(1, "RP"))
+    for kinds, fault in (("PP", "q1: [deg], but the joint slides"), ("RR", "q2: [mm], but the joint turns")):
+        with pytest.raises(LogError, match=re.escape(fault)):
+            read_log(tmp_path / "x.csv", arm=random_arm(1, kinds))
 
 
 def test_names_of_the_robots_joints_stand_for_the_star(wam, tmp_path):

@@ -54,6 +54,7 @@ def test_the_speeds_come_back_and_only_where_there_are_some(case):
     assert (found.drop[THERE] > 100.0).all()
     assert not found.drop[~THERE].any()
     assert not found.at_bound.any()
+    assert not any(x.flags.writeable for x in (found.speeds, found.drop, found.lowest, found.highest))
     assert found.information.noise == pytest.approx(np.full(7, NOISE), rel=0.1)
     assert found.information.base.count == (69 + 5 if found.columns.friction == "symmetric" else 69 + 7 + 10)
 

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import MotionRule, expected
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.identification.report.motion_report import _drawn, link_parameters, motion_page
+from lwr_dyn.identification.report.motion_report import _drawn, _recordings, link_parameters, motion_page
 from lwr_dyn.identification.slips.slip_tables import table_card
 from lwr_dyn.model.chain import with_bodies
 from lwr_dyn.pages.document import page_html
@@ -103,6 +104,13 @@ def test_the_cards_hold_validation_bodies_and_what_is_open(shown, result, logs):
         seconds = np.ptp(samples.t[of_log])
         rows.append((log.source, seconds, of_log.sum(), samples.used[of_log].sum(), "none"))
     assert [*cards["Recordings"]["Recordings"].rows] == rows
+
+
+def test_a_joint_that_moves_by_less_than_a_milliradian_stands_still(result):
+    q = result.samples.q * [*np.array([0.9e-3, 1.1e-3]) / np.ptp(result.samples.q[:, :2], axis=0), *[1.0] * 5]
+    whole = replace(result.samples, q=q, recording=0 * result.samples.recording)
+    (row,) = _recordings(replace(result, samples=whole), SimpleNamespace(left_out=0, every=1)).parts[0].rows
+    assert row[-1] == "joint_1"
 
 
 def test_the_page_names_every_parameter(shown, result):

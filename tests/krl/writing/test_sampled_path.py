@@ -5,6 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, OptionError
+from lwr_dyn.krl.writing.path_fit import fitted_motions
 from lwr_dyn.krl.writing.path_program import WritingOptions, write_path
 from lwr_dyn.krl.writing.sampled_path import _along, path_of_motion, read_sampled_path
 from tests.krl.short_programs import HOME, run_of
@@ -31,6 +32,17 @@ def test_between_rows_of_axes_the_axes_move_in_proportion(arm, tmp_path):
     q = np.stack([np.interp(truth, [0, 1, 2], x) for x in rows.T], axis=1)
     places = [dense(tool_places(arm, x, np.eye(4)), 2000) for x in (q, fitted.run.timeline.sample(t).q)]
     assert hausdorff(*places) < 1.5e-3
+
+
+@pytest.mark.parametrize("kind", ["PTP", "CIRC"])
+def test_a_way_that_turns_round_is_as_many_motions_and_a_wide_angle_does_not_forbid_paths_in_space(arm, tmp_path, kind):
+    """About A1 the tool's way is an arc, there and back on the same places."""
+    rows = "".join(f"{a1},-90,90,0,30,0\n" for a1 in (0, 20, 18, 30))
+    (tmp_path / "a.csv").write_text(f"A1,A2,A3,A4,A5,A6\n{rows}")
+    path = read_sampled_path(tmp_path / "a.csv", arm)
+    motions = fitted_motions(path, (1e-4, 0.9), (kind,))
+    assert [one.kind for one in motions] == [kind] * 3
+    np.testing.assert_allclose(np.degrees([path.q[one.last, 0] for one in motions]), [20, 18, 30], atol=1e-9)
 
 
 WRONG = {
