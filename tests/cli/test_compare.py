@@ -8,6 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.controllers import CONTROLLERS
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
+from lwr_dyn.design.defaults import usual_task
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.run import Run
 from lwr_dyn.studies.compare.comparison import comparison_html, comparison_of
@@ -101,6 +102,12 @@ def test_twice_compares_the_second_pass(folder, recorded):
     assert whole.t[-1] == pytest.approx(3.04)
     rest = lwr_dyn.compare(part_of(whole, 3.02), part_of(whole, 3.02)).runs[0]
     assert record["runs"][0]["tip_rms_mm"] == rest.figures.tip_rms_mm
+
+
+def test_a_task_that_is_not_typed_is_said_beside_the_result(asked, lwr_dyn_command, folder):
+    asked("lwr_dyn.cli.compare.ControllerStudy", OptionError("stop", "here", "nothing"))
+    code, out, err = lwr_dyn_command("compare", "kr30ha")
+    assert (code, out, err.splitlines()[0]) == (2, "", usual_task(lwr_dyn.load("kr30ha")).words)
 
 
 BAD = {

@@ -1,5 +1,6 @@
 """The command as a whole: its subcommands by rows, errors as one line with an exit code, and what it imports."""
 
+import io
 import os
 import subprocess
 import sys
@@ -82,6 +83,15 @@ def test_a_warning_is_one_line_and_printed_once(lwr_dyn_command, monkeypatch):
 
     monkeypatch.setattr(main.group, "main", warning)
     assert lwr_dyn_command("list") == (0, "", "lwr-dyn: warning: over the rating\n")
+
+
+def test_a_name_that_the_terminal_cannot_show_is_written_by_its_code(monkeypatch):
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(io.BytesIO(), encoding="ascii"))
+    monkeypatch.setattr(main.group, "main", lambda **_: print("\u7a7a"))
+    with pytest.raises(SystemExit):
+        main.main([])
+    sys.stdout.flush()
+    assert sys.stdout.buffer.getvalue() == b"\\u7a7a\n"
 
 
 def test_an_error_message_becomes_one_line(capsys):

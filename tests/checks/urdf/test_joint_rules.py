@@ -133,6 +133,7 @@ IN_LINK = {
         r"\g<0><inertial/>": "warning element-twice: a second <inertial> in <link>", FIRST: "no inertial-equal",
         "<intertial></intertial>": "error tag-misspelt: <intertial> looks like <inertial>",
         SECOND: "note inertial-equal: its inertial is that of link l1",
+        f'<inertial><mass value="0.5"/>{tensor(0, 0, 0)}</inertial>': "warning inertia-zero: a mass of 0.5 kg",
     },
     BOX: {
         '<mesh filename="no.stl"': "error mesh-missing: the mesh no.stl is not there; looked for no.stl",

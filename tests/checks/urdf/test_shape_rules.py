@@ -162,3 +162,11 @@ def test_points_that_fill_a_hull_are_in_it_and_faces_about_it_touch_it():
     assert (hull.vertices @ normals.T - offsets).max(axis=0) == pytest.approx(0.0, abs=1e-15)
     many = solid_hull(primitive_points("sphere", (1.0,)))
     assert 240 <= len(rules._filled(many)) <= 320
+
+
+def test_half_a_body_is_none():
+    """Of shapes beside a mesh that is not there."""
+    whole = both(1.0)
+    half = whole.with_link(1, shapes=whole.boxes[1].shapes + LOST)
+    assert [bodies_of(x.document())["l1"].collision is None for x in (whole, half)] == [False, True]
+    assert bodies_of(half.document())["l1"].visual is not None

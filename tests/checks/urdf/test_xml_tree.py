@@ -45,7 +45,10 @@ def test_text_that_is_no_xml(text, place, said):
 
 def test_behind_a_file_that_need_not_be_there_others_are_looked_for_where_they_are(tmp_path):
     space = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
-    absent, there = '<xacro:include filename="sub/absent.xacro" optional="true"/>', '<xacro:include filename="b.xacro"/>'
+    absent, there = (
+        '<xacro:include filename="sub/absent.xacro" optional="true"/>',
+        '<xacro:include filename="b.xacro"/>',
+    )
     (tmp_path / "a.xacro").write_text(f'<robot name="a" {space}>{absent}{there}</robot>')
     (tmp_path / "b.xacro").write_text(f'<robot {space}><link name="b"/></robot>')
     assert 'name="b"/>' in expand_with_places(tmp_path / "a.xacro", {})
