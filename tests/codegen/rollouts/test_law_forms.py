@@ -131,7 +131,9 @@ def test_the_check_looks_at_small_and_large_errors_within_the_joint_box():
     assert states.shape == (3, 4, 5, 4)
     assert (states[..., 2, :] > ARM.lower).all()
     assert (states[..., 2, :] < ARM.upper).all()
-    errors = np.abs(states[..., :2, :] - states[..., 2:4, :]).max(axis=(1, 3))
+    errors = states[..., :2, :] - states[..., 2:4, :]
+    assert {-1.0, 1.0} == set(np.unique(np.sign([*errors, *states[..., 3:, :]])))
+    errors = np.abs(errors).max(axis=(1, 3))
     np.testing.assert_allclose(errors, np.outer([1e-4, 1e-2, 1], [1, 1]), rtol=0.2)
 
 

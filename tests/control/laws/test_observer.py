@@ -191,6 +191,7 @@ def test_observed_laws_say_what_they_see():
     """The estimate with a delay, without sensors (the law's torques, cut), on elastic readings; one's own level."""
     law = lwr_dyn.controller("inverse-dynamics", lwr())
     threshold = CollisionThreshold(np.full(7, 2.0))
+    assert not threshold.bias.flags.writeable
     watched = observed(law, lwr(), lwr_dynamics(), observer_threshold=threshold)
     run = run_of(watched, delay=2)
     observer, last = MomentumObserver(lwr_dynamics(), 50.0), [None, *run.tau_applied[:-1]]
