@@ -60,8 +60,6 @@ class CorrelatedGroup:
 def correlated_groups(information: Information) -> tuple[CorrelatedGroup, ...]:
     """Groups of two and more of the determined base parameters, the closest first."""
     chosen = np.flatnonzero(information.determined & np.isfinite(information.sigma))
-    if not chosen.size:
-        return ()
     covariance = information.covariance[np.ix_(chosen, chosen)]
     sigma = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(sigma, sigma)

@@ -54,6 +54,22 @@ def test_the_distance_is_that_of_log_det_and_its_derivatives_those_of_difference
     assert prior.distance(at - 2.0 * at[0] * np.eye(columns.count)[0], 7.0) == np.inf  # a mass below 0
 
 
+def test_under_constraints_no_free_direction_leads_further_down_and_no_other_is_taken(known, lwr, columns):
+    _, information = known
+    prior = body_prior(columns, columns.own(lwr))
+    target, free = Target(information.values, information.precision, information.base.grouping), np.diag(prior.units)
+    found = nearest_bodies(target, prior, 1e6, prior.table, free[:, ::2])
+    slope, curvature = prior.derivatives(found.parameters, 1e6)
+    down = prior.units * (slope + target.slope(found.parameters))
+    assert np.abs(down[::2]).max() < 1e-6 * np.abs(down).max()
+    moved = found.parameters != prior.table
+    assert moved[::2].any()
+    assert not moved[1::2].any()
+    inverse = np.linalg.inv((curvature + target.curvature)[::2, ::2])
+    np.testing.assert_allclose(found.covariance[::2, ::2], inverse, rtol=1e-3, atol=1e-6 * np.abs(inverse).max())
+    assert not found.covariance[1::2].any()
+
+
 @pytest.mark.slow
 def test_the_optimum_is_that_of_a_cone_solver(known, lwr, columns):
     """Clarabel by cvxpy, which knows nothing of Newton's method here."""
