@@ -109,6 +109,17 @@ def test_an_aligned_wrist_shares_its_turn_so_that_both_axes_stay_inside(kr30):
     assert all(aligned)
 
 
+def test_where_both_have_room_axis_4_of_an_aligned_wrist_is_in_the_middle_of_its_range(kr30):
+    one_sided = replace(kr30.limits[3], lower=-0.2, upper=1.2)
+    arm = replace(kr30, limits=(*kr30.limits[:3], one_sided, *kr30.limits[4:]))
+    pose = lwr_dyn.forward_kinematics(arm, np.radians([10.0, -90.0, 90.0, 20.0, 0.0, 20.0]))
+    found = [s.q[3] for s in lwr_dyn.inverse_kinematics(arm, pose).solutions if "wrist" in s.singular]
+    branches = spherical_wrist.all_branches(arm, pose[None])
+    for q4 in (found, branches.q[0, branches.clearance[0, :, 2] < 1e-9, 3]):
+        assert len(q4) > 1
+        assert np.abs((np.array(q4) - 0.5 + np.pi / 2) % np.pi - np.pi / 2).max() < 1e-9
+
+
 SHAPES = {
     "beside the plane, axis 3 reversed":
         ([90, 180, 90, -90, 90, 0], [0.2, 0.6, 0.1, 0, 0, 0], [0.5, 0.12, 0, 0.5, 0, 0.1]),

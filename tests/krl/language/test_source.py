@@ -42,9 +42,11 @@ def test_unchanged_files_are_written_back_byte_for_byte(path):
         b"PTP {\x00\xff\n' \"\n",
     ],
 )
-def test_any_bytes_are_written_back(data):
-    file, _ = parse_bytes(data)
+def test_any_bytes_are_written_back_and_an_encoding_is_said_at_the_first_line(data):
+    file, diagnostics = parse_bytes(data, "a.src")
     assert file.to_bytes() == data
+    found = [str(one.position) for one in diagnostics if one.code == "encoding"]
+    assert found == ["a.src:1:1"] * (max(data, default=0) > 127 and b"\x85" not in data)
 
 
 def test_an_edit_changes_its_own_line_only():

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.krl.motion.motion_segments import PtpSegment
+from lwr_dyn.krl.motion.timeline import _share_near
 from lwr_dyn.krl.robot.kuka_pose import kuka_pose
 from tests.krl.short_programs import HOME, run_of
 
@@ -20,6 +22,14 @@ def test_ptp_of_60_deg_and_lin_of_400_and_of_50_mm(arm):
     assert run_of(arm, HOME, "PTP_REL {A1 60, A2 5}").cycle_time == pytest.approx(60 / 140 + 0.4, abs=1e-9)
     run = run_of(arm, HOME, *SPEEDS, "LIN_REL {Y 400}", "LIN_REL {Z -50}")
     assert run.cycle_time == pytest.approx(1.05 + 2 * math.sqrt(0.05 / 2), abs=1e-9)
+
+
+@pytest.mark.parametrize("at_end", [False, True])
+def test_the_share_of_a_turn_about_axis_1_within_a_distance_is_that_of_the_chord(arm, at_end):
+    q = np.radians([[0.0, -90.0, 90.0, 0.0, 30.0, 0.0], [60.0, -90.0, 90.0, 0.0, 30.0, 0.0]])
+    radius = np.linalg.norm(lwr_dyn.forward_kinematics(arm, q[0])[:2, 3])
+    share = _share_near(PtpSegment(arm, *q, None, None), np.eye(4), 0.1, at_end)
+    assert share == pytest.approx(2.0 * math.asin(0.05 / radius) / math.radians(60.0), rel=1e-6)
 
 
 @pytest.mark.parametrize("turn", [360, -90])
