@@ -48,6 +48,8 @@ VALUES = {
     "the home of the cell is that of programs": (
         "home_deg = [1, -91, 92, 2, 4, 5]", ["X = XHOME.A3"], {"X": 92.0},
         [f"XHOME = {{A1 1.0, A2 -91.0, A3 92.0, A4 2.0, A5 4.0, A6 5.0, {OUTER}}} (home of the cell file)"]),
+    "what is given and not read is said": (
+        "variables.OTHER = 3", ["N = 1"], {"N": 1}, ["OTHER: given, but nothing reads it"]),
     "a condition without a value never interrupts": (
         "", ["INTERRUPT DECL 5 WHEN $IN[3] DO $OUT[1]=TRUE", "INTERRUPT ON 5", HOME], {},
         ["$IN[3] = FALSE (the input $IN[3] has no value)"]),
