@@ -70,6 +70,12 @@ def test_a_page_has_title_verdict_notes_tiles_and_cards():
     assert f'content="{POLICY}"' in gone
 
 
+def test_a_page_shows_columns_that_text_leaves_out():
+    table = Table("", [Heading("one"), Heading("two", page=True)], [("a", "b")])
+    assert "two" in page_html(Document("d", "v", [Section("s", [table])]))
+    assert "two" not in table.text()
+
+
 @pytest.mark.parametrize(
     ("columns", "longest", "rows", "wide", "tall", "stacks"),
     [

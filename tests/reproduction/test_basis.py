@@ -3,10 +3,11 @@
 from collections import Counter
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import pytest
 
-from lwr_dyn.reproduction.basis import _changed, _drawn, bases, numbers_of, with_bases, with_other_numbers
+from lwr_dyn.reproduction.basis import _basis, _changed, _drawn, bases, numbers_of, with_bases, with_other_numbers
 from lwr_dyn.reproduction.case import COMPUTED, REPEATED, STRUCTURAL, ComparedExpression, PaperFormula
 from lwr_dyn.reproduction.compare import ASSUMED, REPRODUCED, recomputed
 from lwr_dyn.reproduction.paper_study import paper_study
@@ -95,6 +96,12 @@ BASES = {
     ("wam7", REPEATED): "arm.count[0] figure_4.position[0] tensors_about_origin.xx[0]",
     ("wam7", COMPUTED): "figure_4.acceleration[0] cruise.positive[0]",
 }
+
+
+@pytest.mark.parametrize("value", [0.0, 1.0, -1.0, 2.0, 0.5])
+def test_a_number_that_stays_is_structural_where_it_is_0_or_1(value):
+    number = SimpleNamespace(cell=SimpleNamespace(printed=f"{value:.3f}"))
+    assert _basis(number, [value] * 3, None, set()) == (STRUCTURAL if abs(value) in (0.0, 1.0) else REPEATED)
 
 
 @pytest.mark.parametrize(

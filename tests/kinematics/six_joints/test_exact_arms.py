@@ -53,6 +53,14 @@ def same(ours, theirs):
     return float(gaps.min(axis=1).max(initial=0.0))
 
 
+def test_a_row_of_the_solvers_gives_what_the_text_gives():
+    arm, solver = lwr_dyn.load("kr30ha"), exact_arms.WRIST_SOLVER
+    T = lwr_dyn.forward_kinematics(arm, np.radians([10.0, -80.0, 95.0, 30.0, 40.0, -20.0]))
+    found, exact = solver.solve(PoseProblem(arm, T, True), solver.recognise(arm.chain)), one_by_one(arm, T)
+    assert facts(found) == facts(exact)
+    assert same(found.solutions, exact.solutions) < 1e-9
+
+
 @pytest.mark.parametrize("name", ARMS)
 def test_the_solutions_are_those_of_numpys_closed_form(name):
     arm, worst, statuses = lwr_dyn.load(name), 0.0, set()
