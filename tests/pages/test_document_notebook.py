@@ -102,6 +102,7 @@ def test_the_numbers_are_those_of_the_result(results, arm, run):
     friction = text_of(results["FrictionIdentification"]._repr_html_())
     assert "joint way coulomb [N m] viscous [N m s/rad]" in friction
     assert re.search(r"1 \+ 2 \+- \S+ 3 \+- ", friction)
+    assert "paper printed LWR 157" in text_of(results["Reproduction"]._repr_html_())
     solutions = results["InverseResult"]
     assert text_of(solutions._repr_html_()).count(", ") >= 6 * len(solutions.solutions)
 

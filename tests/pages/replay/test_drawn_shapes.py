@@ -1,6 +1,7 @@
 """No two cylinders that a page draws lie in one surface, where the files of arms have some that do."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,11 @@ from hypothesis import given
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.arms.urdf.geometry import primitives
+from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.pages.replay import replay_page
-from lwr_dyn.pages.replay.drawn_shapes import drawn_shapes, shared_surfaces
+from lwr_dyn.pages.replay.drawn_shapes import _travels, drawn_shapes, shared_surfaces
 from lwr_dyn.pages.replay.replayed_runs import pose_as_run, replayed_runs
-from tests.random_arms import arms
+from tests.random_arms import arms, random_arm
 
 ROOT = Path(__file__).parents[3]
 ALIKE = 1e-4
@@ -80,6 +82,14 @@ def test_the_scara_had_a_housing_in_the_side_of_its_guide(scara):
     links = {tuple(primitives(scara)[k].link for k in pair) for pair in sides}
     assert ("link_2", "link_4") in links
     assert shared_surfaces(scara, drawn_shapes(scara))[0] == set()
+
+
+def test_a_sliding_joint_moves_what_is_behind_it_against_what_is_before_it_only():
+    arm = random_arm(3, "RP")
+    arm = replace(arm, limits=(arm.limits[0], JointLimits(-0.3, 0.2)))
+    shapes = primitives(arm)
+    behind = np.array([shape.link not in ("base", "link_1") for shape in shapes])
+    np.testing.assert_allclose(_travels(arm, shapes), 0.3 * (behind[:, None] != behind))
 
 
 @given(arms)

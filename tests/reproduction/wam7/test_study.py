@@ -135,7 +135,9 @@ def test_a_run_is_a_row_with_its_largest_error_and_its_audit():
     run = SimpleNamespace(
         q=np.zeros((3, 2)), q_ref=np.array([[0, 1], [-3, 2], [0, 0]]) * 1e-3, meta=meta, events=(1, 2)
     )
-    (row,) = study.run_table([Experiment(2, 1, GRAVITIES[0], True, run)]).cells
+    table = study.run_table([Experiment(2, 1, GRAVITIES[0], True, run)])
+    (row,), units = table.cells, [heading.unit for heading in table.columns]
+    assert units == ["", "mrad", "", "", "J", "J"]
     assert row[1:] == ("3.000", "2", "28000", "2.0e-09", "-1.2500")
 
 
