@@ -128,7 +128,8 @@ def _of_call(node: ast.Call) -> Iterator[Change]:
     ordered = (word not in EITHER_WAY or node.keywords) and word != "cast"  # which names a type, as annotations do
     if ordered and len(node.args) >= 2 and not any(isinstance(x, ast.Starred) for x in node.args[:2]):
         first, second = node.args[:2]
-        yield node, "arguments", first, second, f"{ast.unparse(second)}, {ast.unparse(first)}"
+        if ast.unparse(first) != ast.unparse(second):
+            yield node, "arguments", first, second, f"{ast.unparse(second)}, {ast.unparse(first)}"
     if word in WORDS:
         new = ast.unparse(node.func)
         yield node, "function", node.func, node.func, new[: len(new) - len(word)] + WORDS[word]

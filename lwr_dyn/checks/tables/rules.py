@@ -119,6 +119,12 @@ def _opposites(matrix: SheetMatrix) -> Iterator[Opposite]:
 
 
 def _agree(a: PrintedNumber, b: PrintedNumber) -> bool:
+    """Whether they are equal, or one is the other with fewer digits.
+
+    >>> from lwr_dyn.model.printed_number import printed_number
+    >>> [_agree(printed_number("0.12"), printed_number(x)) for x in ("0.1234", "0.1263", "0.13")]
+    [True, False, False]
+    """
     return a.value == b.value or abs(a.value - b.value) < max(a.half, b.half) * (a.half != b.half)
 
 
