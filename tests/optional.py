@@ -100,6 +100,7 @@ def pytest_runtest_makereport(item, call):
 @pytest.hookimpl(tryfirst=True)
 def pytest_make_collect_report(collector):
     """That of a file that lacks a package; else pytest makes it, which would spend seconds on tracebacks here."""
+    missing_packages(None)  # what others have looked for
     if not isinstance(collector, pytest.Module):
         return None
     try:
@@ -108,6 +109,7 @@ def pytest_make_collect_report(collector):
         _forget(collector.path)
         why = skipped_for(missing_packages(fault))
         return why and pytest.CollectReport(collector.nodeid, "skipped", (str(collector.path), 1, why), [])
+    missing_packages(None)
     return None
 
 
