@@ -14,7 +14,9 @@ COMPARISONS = {
 TURNED = {ast.Lt: ">", ast.LtE: ">", ast.Gt: "<=", ast.GtE: "<"}
 SIGNS = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.MatMult: "*", ast.FloorDiv: "/", ast.Pow: "*"}
 WORDS = {"min": "max", "max": "min", "any": "all", "all": "any", "argmin": "argmax", "argmax": "argmin"}
-EITHER_WAY = {"max", "min", "maximum", "minimum", "fmax", "fmin", "hypot", "array_equal", "gcd"}
+EITHER_WAY = {
+    "max", "min", "maximum", "minimum", "fmax", "fmin", "hypot", "array_equal", "gcd", "mul", "fmul", "fadd",
+}  # fmt: skip
 """Functions of two arguments whose order says nothing."""
 LEFT_OUT = (ast.Raise, ast.Assert, ast.Import, ast.ImportFrom, ast.JoinedStr)
 """Messages, assertions and what is not run: their changes say nothing."""

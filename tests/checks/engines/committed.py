@@ -54,15 +54,16 @@ COUPLED = {"tx40"}
 
 
 def pairs() -> list[Pair]:
-    """Every committed file with every engine that reads such files; MuJoCo refuses a moving link without mass.
+    """Every committed file with every engine that reads such files.
 
-    The stand-in of such a link in our MJCF is weighed in tests/arms/export/test_mjcf.py.
+    What a moving link without mass resists turning with, Pinocchio alone reads from a URDF: MuJoCo refuses the link,
+    Drake and PyBullet leave its moments out. Its stand-in in our MJCF is weighed in tests/arms/export/test_mjcf.py.
     """
     return [
         Pair(path, arm, engine)
         for path, arm in committed_models().items()
         for engine, ending in KEEPS_ROTORS
-        if path.suffix == ending and arm.name not in COUPLED and (_all_weigh(arm) or engine != "mujoco")
+        if path.suffix == ending and arm.name not in COUPLED and (engine == "pinocchio" or _all_weigh(arm))
     ]
 
 

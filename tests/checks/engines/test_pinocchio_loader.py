@@ -1,10 +1,12 @@
 """Pinocchio on the file itself against our reading: it holds on foreign arms, and a misreading fails."""
 
+import re
 from dataclasses import replace
 
 import pytest
 
 import lwr_dyn
+from lwr_dyn.checks.arm.model_laws import SLIDE
 from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.checks.engines import pinocchio_loader
 from lwr_dyn.checks.engines.engine import EXACT
@@ -55,6 +57,17 @@ def test_poses_may_differ_by_rounding_of_the_arm_s_reach_of_a_metre_at_least(two
     two.write_text(TWO.replace("0 0 0.4", f"0 0 {shift}"), encoding="utf-8")
     kinematics = file_verdicts(lwr_dyn.load(two))[0][0]
     assert (kinematics.tolerance / EXACT, kinematics.unit) == (pytest.approx(size, rel=0.01), "m")
+
+
+@pytest.mark.parametrize("shift", [0.4, 40.0])
+def test_gravity_s_torque_is_judged_by_a_share_of_the_weight_at_the_reach(two, monkeypatch, shift):
+    floors = {}
+    monkeypatch.setattr(pinocchio_loader, "equality", lambda name, a, b, floor=0.0: floors.setdefault(name, floor))
+    text = TWO.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 1"/>').replace("0 0 0.4", f"0 0 {shift}")
+    two.write_text(re.sub(r'mass value="\d"', 'mass value="1e3"', text), encoding="utf-8")
+    file_verdicts(lwr_dyn.load(two))
+    reach = min(max(1.0, shift + 0.5), SLIDE)
+    assert floors[f"g: {OWN}"] == pytest.approx(20.0 * 9.81 * reach, rel=0.01)
 
 
 @pytest.mark.parametrize("axis", ["1e200 0 0", "1e-170 0 0"])

@@ -11,11 +11,15 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.kernels.batch import NotFiniteWarning
 from lwr_dyn.codegen.kernels.elementary import sincos
+from lwr_dyn.codegen.kernels.kernel_spec import inertial_parameters
+from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.foundation.errors import OptionError, ShapeError
+from lwr_dyn.kinematics.forward import jacobian
 from lwr_dyn.model.arm import Arm, JointLimits
 from lwr_dyn.model.chain import Body, Chain, ChainLink, JointKind
 from lwr_dyn.model.spatial import Pose
 from tests.codegen.kernels.evaluate import states
+from tests.random_arms import random_arm
 
 ARM = lwr_dyn.load("lwr4plus")
 Q, DQ, DDQ = states(7, 41)
@@ -27,8 +31,41 @@ def batch():
 
 
 @pytest.fixture(scope="module")
+def small():
+    """An arm of three joints, one of which slides, and its batch."""
+    arm = random_arm(5, "RPR")
+    return arm, lwr_dyn.batch_dynamics(arm)
+
+
+@pytest.fixture(scope="module")
 def expected(batch):
     return lwr_dyn.dynamics_of(ARM, "newton-euler").inverse_dynamics(Q, DQ, DDQ)
+
+
+@pytest.mark.parametrize("name", [
+    "inverse_dynamics", "forward_dynamics", "coriolis_matrix", "bias_torque", "mass_matrix", "gravity_vector",
+    "potential_energy",
+])  # fmt: skip
+def test_each_function_is_that_of_the_recursion(small, name):
+    arm, batch = small
+    plain = lwr_dyn.dynamics_of(arm, "newton-euler")
+    given = {"inverse_dynamics": 3, "forward_dynamics": 3, "coriolis_matrix": 2, "bias_torque": 2}.get(name, 1)
+    x = states(3, 5)[:given]
+    np.testing.assert_allclose(getattr(batch, name)(*x), getattr(plain, name)(*x), rtol=1e-11, atol=1e-11)
+
+
+def test_energy_of_motion_pose_jacobian_and_regressor_are_those_of_the_chain(small):
+    arm, batch = small
+    q, dq, ddq = states(3, 5)
+    bare = newton_euler_dynamics(arm.chain, rotors="none")
+    found = np.einsum("kij,j->ki", batch.torque_regressor(q, dq, ddq), inertial_parameters(arm.chain).ravel())
+    for one, expected in (
+        (batch.kinetic_energy(q, dq), 0.5 * np.einsum("ki,kij,kj->k", dq, batch.mass_matrix(q), dq)),
+        (batch.flange_pose(q), lwr_dyn.forward_kinematics(arm, q)),
+        (batch.jacobian(q), jacobian(arm.chain, q)),
+        (found, bare.inverse_dynamics(q, dq, ddq)),
+    ):
+        np.testing.assert_allclose(one, expected, rtol=1e-11, atol=1e-11)
 
 
 @pytest.mark.slow

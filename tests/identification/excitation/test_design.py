@@ -83,6 +83,8 @@ OF_A_KIND = {"masses": "m_", "first moments": r"m[xyz]_", "tensors": "I", "armat
 
 def test_its_document_says_what_it_shows_uses_and_knows(designed, lwr):
     score, document, q = designed.score, designed.document, np.degrees(designed.sampled().q)
+    with pytest.raises(OptionError, match=r"rate: 0\.0"):
+        designed.sampled(0.0)
     own = designed.columns.base().of(designed.columns.own(lwr))
     assert document.text().splitlines()[:5] == [
         "lwr4plus, reading physical: 10 s at rest at both ends, 5 harmonics, objective d, best of 1 start in "

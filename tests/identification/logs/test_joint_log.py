@@ -193,10 +193,11 @@ def test_a_cruise_and_back_has_the_speed_of_its_longest_stroke():
 
 def test_units_become_si_from_the_name_or_from_what_is_declared(tmp_path):
     log = ideal_cruise(FRICTION, (0.1, -0.2))
-    text = rows({"time": 1e3 * log.t, "q1": np.degrees(log.q[:, 0]), "q2": np.degrees(log.q[:, 1])})
+    speeds = {"dq1": np.full(201, 0.1), "dq2": np.full(201, -0.2)}
+    text = rows({"time": 1e3 * log.t, "q1": np.degrees(log.q[:, 0]), "q2": np.degrees(log.q[:, 1]), **speeds})
     (tmp_path / "declared.csv").write_text(text)
     head, _, body = text.partition("\n")
-    head = head.replace("time", "time [ms]").replace("q1", "q1 [deg]").replace("q2", " q2[deg]")
+    head = head.replace("time", "time [ms]").replace(",q1", ",q1 [deg]").replace(",q2", ", q2[deg]")
     (tmp_path / "named.csv").write_text(f"# made by hand\n{head},note\n" + body.replace("\n", ",-\n"))
     for name, units in (("declared", declared_units("time=ms,q=deg")), ("named", None)):
         back = read_log(tmp_path / f"{name}.csv", units)

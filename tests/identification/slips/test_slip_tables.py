@@ -86,6 +86,7 @@ def test_a_slip_is_dark_in_its_place(information, slipped):
     assert found["m4"].state == OFF
     assert cells.rows[3][column] is not None
     assert cells.shades[3][column] == darkest(cells) == 0.55
+    assert cells.cells[3][column] == f"{found['m4'].pull:.1f}".replace("-", "\u2212")
     assert off.rows[0][0] == max(found.values(), key=lambda one: abs(one.pull)).cell.name
     assert len(off.rows) == sum(one.state == OFF for one in found.values())
     dark = 'style="background:color-mix(in srgb, var(--alarm) 55%, transparent)"'

@@ -76,6 +76,19 @@ def test_where_a_corner_begins(arm, setting, keyword, distance):
     assert run.executed[-1].overlap == pytest.approx(math.sqrt(2 * distance / 1e3 / 2), rel=1e-9)
 
 
+def test_a_corner_passed_backwards_has_the_same_shares(arm):
+    """Of motions of the axes: the tool's way near the corner is not that near the other ends."""
+    at = (-60, 20), (-90, 90), (-60, 60)
+    points = [f"PTP {{A1 0, A2 {a2}, A3 {a3}, A4 0, A5 30, A6 0}} C_DIS" for a2, a3 in at]
+    corners = []
+    for way in (points, points[::-1]):
+        run = run_of(arm, *SPEEDS, "$APO.CDIS = 90", *way)
+        corners.append(run.timeline.items[-1].corner)
+    there, back = corners
+    assert (back.before, back.after) == pytest.approx((there.after, there.before), rel=1e-6)
+    assert there.before != pytest.approx(there.after, rel=0.1)
+
+
 def test_c_ptp_takes_its_share_of_half_the_way(arm):
     for percent, share in ((100, 0.5), (20, 0.1)):
         run = run_of(arm, HOME, f"$APO.CPTP = {percent}", "PTP_REL {A1 20} C_PTP", "PTP_REL {A1 20}")

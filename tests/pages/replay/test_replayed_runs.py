@@ -125,6 +125,9 @@ def test_misfits_are_refused(arm, two_runs):
     for t in (np.zeros_like(run.t), run.t[::-1]):
         with pytest.raises(ShapeError, match="strictly growing"):
             replayed_runs([replace(run, t=t)], arm)
+    trace = [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    (drawn,) = replayed_runs([replace(run, meta={"reference_trace": trace})], arm)
+    assert drawn.reference_path.tolist() == trace
     (bent,) = replayed_runs([replace(run, meta={"reference_trace": [[1, 2]]})], arm)
     with pytest.raises(ShapeError, match=r"reference_trace: shape \(1, 2\)"):
         _ = bent.reference_path
