@@ -52,7 +52,7 @@ class Fact:
     @property
     def text(self) -> str:
         """The value with its unit."""
-        written = Heading(self.head, self.unit, self.format).cell(self.value)
+        written = Heading(format=self.format).cell(self.value)
         return f"{written} {self.unit}" if self.unit and written else written
 
 

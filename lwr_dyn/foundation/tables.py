@@ -14,7 +14,10 @@ from lwr_dyn.foundation.errors import OptionError
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """The heading of a column, its unit, how its values are written, and its name in records (`head` if not given)."""
+    """The heading of a column, its unit, how its values are written, and its name in records (`head` if not given).
+
+    Raises `OptionError` for a unit without a heading.
+    """
 
     head: str = ""
     unit: str = ""
@@ -40,6 +43,10 @@ class Heading:
     """On a page a value is also drawn as a bar from the middle, full at this value."""
     pick: bool = False
     """On a page, rows can be chosen by it."""
+
+    def __post_init__(self) -> None:
+        if self.unit and not self.head:
+            raise OptionError("heading", f"unit [{self.unit}] alone", "a heading with its unit")
 
     @property
     def is_shown(self) -> bool:

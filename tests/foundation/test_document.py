@@ -167,6 +167,11 @@ def test_cells_shades_and_records_have_the_same_rows():
     assert TABLE.record() == [dict(zip(("joint", "m", "holds"), row, strict=True)) for row in rows]
 
 
+def test_a_unit_without_a_heading_is_refused():
+    with pytest.raises(OptionError, match=r"heading: unit \[kg\] alone"):
+        Heading("", "kg")
+
+
 @pytest.mark.parametrize("row", [("a",), ("a", 1.0, True, "more")])
 def test_a_row_of_another_length_is_refused(row):
     with pytest.raises(OptionError) as fault:

@@ -149,6 +149,9 @@ def test_a_urdf_has_the_same_bodies_and_its_sidecar_the_errors(lwr, folder):
     assert mass["value"] == result.consistent.parameters[20]
     coulomb = result.consistent.parameters[result.columns.of_joint(1)][1]
     assert sidecar["friction"]["joint_2"]["positive"]["coulomb"] == pytest.approx(coulomb)
+    for name in ("viscous", "coulomb"):
+        mean = [(x["positive"][name] + x["negative"][name]) / 2 for x in sidecar["friction"].values()]
+        assert [getattr(x, name) for x in arm.limits] == pytest.approx(np.maximum(mean, 0.0))
 
 
 @pytest.mark.slow

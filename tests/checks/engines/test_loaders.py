@@ -1,16 +1,19 @@
-"""MuJoCo and yourdfpy on a small file: Pinocchio's equation, friction, names, limits and tip of the file."""
+"""Each engine on a small file: Pinocchio's equation, friction, names, limits and tip of the file."""
 
 import numpy as np
 import pytest
 
 from lwr_dyn.checks.engines.engine import EXACT, ArmInFile
-from lwr_dyn.checks.engines.loaders import MujocoFile, YourdfpyFile
+from lwr_dyn.checks.engines.loaders import BulletFile, DrakeFile, MujocoFile, YourdfpyFile
 from lwr_dyn.checks.engines.pinocchio_loader import PinocchioFile
 from tests.checks.engines.small_files import TWO
 from tests.optional import need
 
 BARE = TWO[: TWO.index("<visual>")] + "</link></robot>"
 """Without the tool's shapes, which weigh in MuJoCo, and without rotors."""
+WEIGHTLESS = """<inertial><mass value="0"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>
+</link></robot>"""
+"""Of the tool: PyBullet gives a link without numbers 1 kg."""
 Q, DQ, DDQ = np.array([0.3, 0.5]), np.array([1.0, -2.0]), np.array([0.4, 0.7])
 GRAVITY = (0.5, -1.0, -9.81)
 SCOPES = {
@@ -45,6 +48,42 @@ def test_mujoco_has_the_equation_of_pinocchio(written, name, whole):
     whole_motion = ours.mass_matrix(q) @ ddq + ours.velocity_torque(q, dq) + ours.gravity_torque(q)
     damping = np.array([0.7, 0.0])[at] * dq
     np.testing.assert_allclose(ours.torque(q, dq, ddq), whole_motion + damping, rtol=EXACT, atol=EXACT)
+
+
+@pytest.mark.parametrize("name", SCOPES)
+@pytest.mark.parametrize(("engine", "package", "exact"), [(DrakeFile, "drake", EXACT), (BulletFile, "pybullet", 1e-6)])
+def test_drake_and_pybullet_have_the_equation_of_pinocchio(written, engine, package, exact, name):
+    """PyBullet keeps places in single precision, and its torque is that of one step."""
+    need(package)
+    text = BARE.replace('friction="0.4"', 'friction="0"').replace("</link></robot>", WEIGHTLESS)
+    path, (scope, at) = written(text), SCOPES[name]
+    ours, theirs = engine(path, scope, {"still": True}), PinocchioFile(path, scope, {})
+    q, dq, ddq = Q[at], DQ[at], DDQ[at]
+    assert ours.mass == theirs.mass == 3.0
+    for method, given in (
+        ("mass_matrix", (q,)), ("velocity_torque", (q, dq)), ("gravity_torque", (q,)), ("flange", (q,)),
+    ):  # fmt: skip
+        expected = getattr(theirs, method)(*given)
+        np.testing.assert_allclose(getattr(ours, method)(*given), expected, rtol=exact, atol=exact)
+    whole_motion = ours.mass_matrix(q) @ ddq + ours.velocity_torque(q, dq) + ours.gravity_torque(q)
+    damping = np.array([0.7, 0.0])[at] * dq
+    near = max(exact, {"drake": EXACT, "pybullet": 1e-3}[package])
+    np.testing.assert_allclose(ours.torque(q, dq, ddq), whole_motion + damping, rtol=near, atol=near)
+
+
+def test_drake_and_pybullet_hold_what_the_file_says(written):
+    limits = {"lower": [-2.0, -np.inf], "upper": [2.0, np.inf], "velocity": [3.0, 4.0], "viscous": [0.7, 0.0]}
+    path, scope = written(TWO), SCOPES["both"][0]
+    need("drake")
+    drake = DrakeFile(path, scope, {})
+    assert {name: values.tolist() for name, values in drake.held().items()} == limits | {"effort": [50.0, np.inf]}
+    assert drake.links() == ["base", "upper", "lower", "tool"]
+    need("pybullet")
+    bullet = BulletFile(path, scope, {})
+    assert {name: values.tolist() for name, values in bullet.held().items()} == limits | {
+        "effort": [50.0, 20.0], "coulomb": [0.4, 0.0],
+    }  # fmt: skip
+    assert sorted(bullet.links()) == ["base", "lower", "tool", "upper"]
 
 
 def test_mujoco_holds_limits_friction_and_the_links_that_are_left(written):

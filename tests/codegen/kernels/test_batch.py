@@ -54,6 +54,19 @@ def test_each_function_is_that_of_the_recursion(small, name):
     np.testing.assert_allclose(getattr(batch, name)(*x), getattr(plain, name)(*x), rtol=1e-11, atol=1e-11)
 
 
+def test_one_row_serves_all_states_and_one_state_is_a_row(small):
+    arm, batch = small
+    q, dq, ddq = states(3, 5)
+    plain = lwr_dyn.dynamics_of(arm, "newton-euler").inverse_dynamics
+    for one in (q[0], q[:1]):
+        each = plain(np.tile(q[0], (5, 1)), dq, ddq)
+        np.testing.assert_allclose(batch.inverse_dynamics(one, dq, ddq), each, rtol=1e-11, atol=1e-11)
+        alone = batch.inverse_dynamics(one, dq[0], ddq[0])
+        np.testing.assert_allclose(alone, each[:1], rtol=1e-11, atol=1e-11)
+    for none in (batch.inverse_dynamics(q[:0], dq[:0], ddq[:0]), batch.inverse_dynamics(q[:0], dq[:1], ddq[0])):
+        assert none.shape == (0, 3)
+
+
 def test_energy_of_motion_pose_jacobian_and_regressor_are_those_of_the_chain(small):
     arm, batch = small
     q, dq, ddq = states(3, 5)

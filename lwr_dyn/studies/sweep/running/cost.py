@@ -114,12 +114,13 @@ class SweepCost:
              None if one.steps is None or isnan(one.steps.error) else one.steps.error)
             for one in self.controllers
         ]  # fmt: skip
+        step_error = ("step error", "rad") if any(one.steps for one in self.controllers) else ("", "")
         headings = (
             Heading("controller", says="As the study has it."), Heading("runs", format=",d", says="Of it."),
             Heading("a run", "ms", ".3g", "run_ms", "Processor time a run, ms."),
             Heading("by", says="What computes the runs."),
             Heading("measured on", "runs", "d", "measured", "Runs on which it was measured."),
-            Heading("step error" if any(one.steps for one in self.controllers) else "", "rad", ".1g", "step_error",
+            Heading(*step_error, ".1g", "step_error",
                     "Of positions by the step of smooth friction, estimated; null without it, and for simulate.",
                     kind=float | None),
         )  # fmt: skip
