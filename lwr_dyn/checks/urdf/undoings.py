@@ -192,9 +192,9 @@ def _products(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
     negative = 2.0 * np.diag(tensor.diagonal()) - tensor
     yield "products of inertia with the opposite sign", "the products of inertia have the opposite sign", negative, 0.75
     for axis in range(3):
-        flip = np.where(np.arange(3) == axis, -1.0, 1.0)
+        mirror = np.where(np.arange(3) == axis, -1.0, 1.0)
         names = " and ".join(f"i{_AXES[a]}{_AXES[b]}" for a, b in _PRODUCTS if axis in (a, b))
-        yield "inertia of the mirrored side", f"{names} look mirrored", tensor * np.outer(flip, flip), 0.8
+        yield "inertia of the mirrored side", f"{names} look mirrored", tensor * np.outer(mirror, mirror), 0.8
     for order in list(permutations(range(3)))[1:]:
         out = np.diag(tensor.diagonal())
         for at, k in zip(_PRODUCTS, order, strict=True):

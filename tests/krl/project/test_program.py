@@ -83,3 +83,10 @@ def test_a_parameter_is_declared_where_its_routine_begins_and_a_name_of_the_dat_
 def test_similar_names_are_looked_for_at_the_first_names_only():
     hints = [d.hint for d in check_program(program_of("REAL VALUE", *(f"VALU{i} = 1" for i in range(50))))]
     assert [x == "did you mean VALUE?" for x in hints] == [True] * NEAR_NAMES + [False] * (50 - NEAR_NAMES)
+
+
+def test_bytes_and_text_are_the_same_program():
+    text, data = "DEF a( )\n; \u00fc\nx = 1\nEND\n", "DEFDAT a\nDECL INT x = 2\nENDDAT\n"
+    of_text, of_bytes = (parse_program(text.encode(code), data.encode(code), "a") if code else
+                         parse_program(text, data, "a") for code in ("", "latin-1"))  # fmt: skip
+    assert (of_bytes.source, of_bytes.data) == (of_text.source, of_text.data)

@@ -56,6 +56,8 @@ def test_numbers_are_those_of_the_arm_in_the_units_of_the_head():
     assert [cell.exact for cell in joints[2].cells] == [f"{x!r} rad/s" for x in speeds.tolist()]
     assert [cell.exact for cell in joints[3].cells] == [f"{x!r} N m" for x in arm.effort.tolist()]
     assert [cell.heading for cell in joints[3].cells] == [f"{name}, effort" for name in arm.joint_names]
+    parts = ("mass", "centre of mass", "principal moments", "ellipsoid")
+    assert [each.cells[2].heading for each in links] == [f"link_3, {part}" for part in parts]
     for mass, centre, moments, axes, body in zip(*(each.cells for each in links), bodies, strict=True):
         principal = np.linalg.eigvalsh(body.inertia_com)
         solid = np.sqrt(2.5 * (principal.sum() - 2 * principal) / body.mass)  # I1 = m (b^2 + c^2) / 5 and so on
