@@ -117,7 +117,8 @@ def placed(data):
 
 
 def test_an_input_has_its_name_beside_it_behind_letters_beyond_ascii(client, backup, edited):
-    signal = FILES[MAIN].replace("DECL INT i\n", "DECL INT i\nDECL CHAR t[9]\nSIGNAL part $IN[3]\nSIGNAL odd $IN[i]\n", 1)
+    more = "DECL CHAR t[9]\nSIGNAL part $IN[3]\nSIGNAL odd $IN[i]\n"
+    signal = FILES[MAIN].replace("DECL INT i\n", f"DECL INT i\n{more}", 1)
     text = signal.replace("GOTO again", 't[] = "\U0001f916"\nWAIT FOR $IN[3] AND t[] == "\U0001f916" AND $IN[3]')
     edited(text)
     line = next(i for i, x in enumerate(text.split("\n")) if x.startswith("WAIT FOR"))
