@@ -213,13 +213,17 @@ def test_a_joint_that_never_moves_is_not_determined_and_the_table_speaks_for_it(
     assert "this motion does not show it at all" in motion_document(held).text()
 
 
-def test_a_contradiction_by_a_log_without_noise_says_so_and_what_to_do(lwr, recorded, found):
+@pytest.mark.slow  # its bodies are sought to the last digit
+def test_a_contradiction_by_a_log_without_noise_says_so_and_what_to_do(lwr, recorded):
     exact = identify_motion([recorded(5.0, noise=0.0, encoder=0.0)], lwr)
     assert not exact.has_noise
     assert "the log has no noise, so that sigma is rounding" in exact.contradiction
     missed = float(exact.contradiction.split("miss the log by ")[1].split()[0])
     assert missed == pytest.approx(np.nanmax(exact.consistent.price.rms), rel=0.5)
     assert exact.contradiction.endswith("give the torques a sensor's noise, or accept the bodies")
+
+
+def test_a_contradiction_by_a_log_with_noise_does_not_speak_of_none(lwr, recorded, found):
     assert found.has_noise
     loud = identify_motion([recorded()], lwr, MotionRule(deviation=0.003))
     assert loud.contradiction
