@@ -67,6 +67,8 @@ IN_JOINT = {
         '<origin xyz="0 0 9.1"': 'error origin-millimetres: its origin is 9.1 m … <origin xyz="0 0 0.0091"',
         '<origin xyz="0 0 8.9"': "no origin-millimetres",
         '<origin xzy="0 0 0.5"': 'error attribute-misspelt: xzy of <origin> looks like xyz … <origin xyz="0 0 0.5"',
+        '<origin xzy="0 0 9" xyz="0 0 0.5"': "no attribute-misspelt",
+        '<origin flavour="sweet" xyz="0 0 0.5"': "no attribute-misspelt",
     },
     "<origin ": {
         '<origin rpy="0 90 0" ': "error rpy-degrees: rpy 0 90 0 rad; 90 rad is 14.3 turns … rpy=\"0 1.5708 0\" xyz",
