@@ -118,6 +118,17 @@ def test_all_lanes_of_one_pose_share_its_starts_and_the_first_that_is_solved_win
     assert rows.tolist() == [[3.0, FOUND, 0.0, 0.0, 1.0, 3.0, steps]] * len(T)
 
 
+@pytest.mark.parametrize(("solved", "start"), [(0.5, 0.0), (1.0, 1.0), (2.0, 2.0)])
+def test_a_position_that_is_given_is_the_start_before_those_of_the_table(solved, start):
+    def body(q, T, repair, start):
+        return q, (np.where(q[0] == solved, 0.0, 1.0), 0.0, 1.0, 0.0)
+
+    given = settings([[1.0], [2.0]], turning=0.0)
+    given[0] = 3
+    rows = searched(body, given, [EYE, EYE], q0=[[0.5], [0.5]])
+    assert rows[:, [0, 1, 5]].tolist() == [[solved, FOUND, start]] * 2
+
+
 @pytest.mark.parametrize("poses", [1, 2])
 def test_the_nearest_miss_is_kept(poses):
     """Of starts that miss by 3, 1 and 2."""
