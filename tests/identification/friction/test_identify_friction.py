@@ -86,6 +86,7 @@ def test_the_figure_shows_the_points_and_the_fits_dashed_beyond_them():
     assert (panel.title, panel.y_label, panel.y_unit, figure.columns) == ("joint 1", "friction", "N m", 2)
     points, *lines = panel.curves
     np.testing.assert_allclose((points.x, points.y), (speeds, [3.05, 3.15, -2.08, -2.16]))
+    assert [c.colour for c in panel.curves] == [0, 1, 1, 1, 1]
     fit, beyond = "fit, viscous+coulomb", "fit, beyond the data"
     ends = [(c.label, c.dashed, c.x[0], c.x[-1], c.y[0], c.y[-1]) for c in lines]
     assert [x[:2] for x in ends] == [(fit, False), (beyond, True)] * 2

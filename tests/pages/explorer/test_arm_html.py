@@ -215,6 +215,12 @@ def test_there_is_a_switch_for_what_is_there(name, missing):
     assert {ident: bool(on) for ident, on in found} == {x: on for x, on in SWITCHES.items() if x not in missing}
 
 
+@pytest.mark.parametrize(("tool", "name"), [(None, "flange frame"), ((0.0, 0.0, 0.1), "tool centre point frame")])
+def test_the_switch_of_the_last_frame_has_its_name(tool, name):
+    arm = lwr_dyn.load("lwr4plus", tool=None if tool is None else {"xyz": tool})
+    assert name in arm_pieces(arm, "")["arm-switches"].split("<input")[1]
+
+
 def test_facts_are_in_one_line():
     arm = lwr_dyn.load("lwr4plus", "physical")
     mass = sum(body.mass for body in arm.bodies())
