@@ -51,7 +51,7 @@ def test_mujoco_has_the_equation_of_pinocchio(written, name, whole):
 
 
 @pytest.mark.parametrize("name", SCOPES)
-@pytest.mark.parametrize(("engine", "package", "exact"), [(DrakeFile, "drake", EXACT), (BulletFile, "pybullet", 1e-6)])
+@pytest.mark.parametrize(("engine", "package", "exact"), [(DrakeFile, "pydrake", EXACT), (BulletFile, "pybullet", 1e-6)])
 def test_drake_and_pybullet_have_the_equation_of_pinocchio(written, engine, package, exact, name):
     """PyBullet keeps places in single precision, and its torque is that of one step."""
     need(package)
@@ -67,14 +67,14 @@ def test_drake_and_pybullet_have_the_equation_of_pinocchio(written, engine, pack
         np.testing.assert_allclose(getattr(ours, method)(*given), expected, rtol=exact, atol=exact)
     whole_motion = ours.mass_matrix(q) @ ddq + ours.velocity_torque(q, dq) + ours.gravity_torque(q)
     damping = np.array([0.7, 0.0])[at] * dq
-    near = max(exact, {"drake": EXACT, "pybullet": 1e-3}[package])
+    near = max(exact, {"pydrake": EXACT, "pybullet": 1e-3}[package])
     np.testing.assert_allclose(ours.torque(q, dq, ddq), whole_motion + damping, rtol=near, atol=near)
 
 
 def test_drake_and_pybullet_hold_what_the_file_says(written):
     limits = {"lower": [-2.0, -np.inf], "upper": [2.0, np.inf], "velocity": [3.0, 4.0], "viscous": [0.7, 0.0]}
     path, scope = written(TWO), SCOPES["both"][0]
-    need("drake")
+    need("pydrake")
     drake = DrakeFile(path, scope, {})
     assert {name: values.tolist() for name, values in drake.held().items()} == limits | {"effort": [50.0, np.inf]}
     assert drake.links() == ["base", "upper", "lower", "tool"]
