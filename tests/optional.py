@@ -75,7 +75,9 @@ def skipped_for(missing: set[str]) -> str | None:
     """Why a test that lacks these packages is skipped; None where it has to fail."""
     if not missing or (os.environ.get("CI") and not missing <= NOT_IN_CI.keys()):
         return None
-    return f"Skipped: {' and '.join(sorted(missing))} not installed: pip install '.[dev]'"
+    names = sorted(missing)
+    how = " ".join(names) if missing & NOT_IN_CI.keys() else "'.[dev]'"
+    return f"Skipped: {' and '.join(names)} not installed: pip install {how}"
 
 
 def need(package: str) -> None:

@@ -51,7 +51,9 @@ def test_mujoco_has_the_equation_of_pinocchio(written, name, whole):
 
 
 @pytest.mark.parametrize("name", SCOPES)
-@pytest.mark.parametrize(("engine", "package", "exact"), [(DrakeFile, "pydrake", EXACT), (BulletFile, "pybullet", 1e-6)])
+@pytest.mark.parametrize(
+    ("engine", "package", "exact"), [(DrakeFile, "pydrake", EXACT), (BulletFile, "pybullet", 1e-6)]
+)
 def test_drake_and_pybullet_have_the_equation_of_pinocchio(written, engine, package, exact, name):
     """PyBullet keeps places in single precision, and its torque is that of one step."""
     need(package)
