@@ -211,17 +211,27 @@ def _inertial_rpy(root: Tree, scope: ArmInFile) -> bool:
 
 
 def _zero_inertials(root: Tree, scope: ArmInFile) -> bool:
-    found = [(link, x) for link, x in _inertials(root) if _is_zero(x)]
+    found = [(link, x) for link, x in _inertials(root) if not (_weighs(x) or _has_moments(x))]
     for link, inertial in found:
         link.remove(inertial)
     return bool(found)
 
 
-def _is_zero(inertial: Tree) -> bool:
-    mass, inertia = inertial.find("mass"), inertial.find("inertia")
-    numbers = [] if mass is None else [mass.get("value", "0")]
-    numbers += [] if inertia is None else [inertia.get(x, "0") for x in _MOMENTS]
-    return not any(number_of(x) for x in numbers)
+def _moments_without_mass(root: Tree, scope: ArmInFile) -> bool:
+    found = [x for _, x in _inertials(root) if _has_moments(x) and not _weighs(x)]
+    for inertia in (x for inertial in found for x in inertial.iter("inertia")):
+        inertia.attrib.update(dict.fromkeys(_MOMENTS, "0"))
+    return bool(found)
+
+
+def _weighs(inertial: Tree) -> bool:
+    mass = inertial.find("mass")
+    return mass is not None and number_of(mass.get("value", "0")) != 0.0
+
+
+def _has_moments(inertial: Tree) -> bool:
+    inertia = inertial.find("inertia")
+    return inertia is not None and any(number_of(inertia.get(x, "0")) for x in _MOMENTS)
 
 
 def _no_inertial(root: Tree, scope: ArmInFile) -> bool:
@@ -243,6 +253,7 @@ FEATURES = (
     Feature("continuous joints", _continuous, ("lower", "upper")),
     Feature("inertial rpy", _inertial_rpy),
     Feature("zero inertials", _zero_inertials),
+    Feature("moments without mass", _moments_without_mass),
     Feature("links without inertial", _no_inertial),
 )
 """All but shapes and merged links, which show by loading the file itself."""

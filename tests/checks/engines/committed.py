@@ -56,8 +56,8 @@ COUPLED = {"tx40"}
 def pairs() -> list[Pair]:
     """Every committed file with every engine that reads such files.
 
-    What a moving link without mass resists turning with, Pinocchio alone reads from a URDF: MuJoCo refuses the link,
-    Drake and PyBullet leave its moments out. Its stand-in in our MJCF is weighed in tests/arms/export/test_mjcf.py.
+    The moments of a moving link without mass Pinocchio alone reads from a URDF: MuJoCo refuses the link, PyBullet
+    leaves them out, Drake gives it 1 kg. Its stand-in in our MJCF is weighed in tests/arms/export/test_mjcf.py.
     """
     return [
         Pair(path, arm, engine)

@@ -36,14 +36,22 @@ def test_a_change_takes_away_its_own_words(name):
 
 
 def test_features_are_those_that_the_file_has():
-    """All but zeros; not of joints beside the arm, not a rotor of zero; zeros are found and taken out."""
+    """All but inertials without mass; not of joints beside the arm, not a rotor of zero."""
     assert set(variants(TREE, SCOPE)) == set(GONE)
-    assert {feature.name for feature in FEATURES} == {*GONE, "zero inertials"}
+    assert {feature.name for feature in FEATURES} == {*GONE, "zero inertials", "moments without mass"}
     assert "viscous friction" not in variants_of(TWO, "j2")
     assert "rotor inertia" not in variants_of(TWO.replace(ROTOR, ROTOR.replace("1e-5", "0")))
+
+
+def test_zeros_are_taken_out_and_moments_without_mass_become_zeros():
     zeros = '<link name="base"><inertial><mass value="0"/><inertia ixx="0" iyy="0" izz="0"/></inertial></link>'
     found = variants_of(TWO.replace('<link name="base"/>', zeros))
     assert xml_of(found["zero inertials"]) == xml_of(TREE)
+    assert "moments without mass" not in found
+    light = TWO.replace('<mass value="1"/>', '<mass value="0"/>')
+    turning, still = (parse_xml(x.encode(), "two.urdf").find("link[@name='lower']/inertial/inertia").attrib
+                      for x in (light, xml_of(variants_of(light)["moments without mass"])))  # fmt: skip
+    assert (turning["izz"], set(turning), {*map(float, still.values())}) == ("0.01", set(still), {0.0})
 
 
 def test_meshes_go_and_boxes_stay():
