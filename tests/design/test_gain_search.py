@@ -1,10 +1,12 @@
 """The largest omega_n with a stated margin: it keeps it, a little more does not, in the simulated arm neither."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.design.gain_search import largest_omega_n
+from lwr_dyn.design.gain_search import certified, largest_omega_n
 from lwr_dyn.design.loop_judgement import LoopCase
 from lwr_dyn.design.loop_margins import largest_sensitivity
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, UnknownNameError
@@ -112,3 +114,16 @@ def test_bad_input_is_named(changed, error, fault):
     given = {"arm": arm(), "controller": "inverse-dynamics", "cases": [LoopCase()], "poses": 3} | changed
     with pytest.raises(error, match=fault):
         largest_omega_n(given.pop("arm"), given.pop("controller"), given.pop("cases"), **given)
+
+
+def test_joints_whose_bound_is_not_near_are_listed_and_the_others_in_one_line():
+    near, far = (SimpleNamespace(gap=1e-4, boxes=3, joint=k, holds=holds, statement=lambda: "too far")
+                 for k, holds in enumerate((True, False)))  # fmt: skip
+    words = "certified: nowhere in the joint box"
+    rounded = "boxes; rounding errors included)"
+    two = SimpleNamespace(joint_names=("j1", "j2"))
+    assert certified(two, [near]) == [f"{words} more than 1.0e-02 % above these values (3 {rounded}"]
+    assert certified(two, [near, far]) == [
+        f"{words} more than 1.0e-02 % above these values (6 {rounded}, except:", "  j2: too far",
+    ]  # fmt: skip
+    assert certified(two, [far]) == [f"{words} above the bounds that follow (3 {rounded}", "  j2: too far"]

@@ -96,6 +96,7 @@ def test_the_rated_payload_is_carried_and_more_is_warned_of():
         ('radius = 80, colour = "dark"', 'radius = 80, colour = "blue"', "colour: 'blue'; allowed: one of orange"),
         ('unit = "mm"\nwhere', 'unit = "kg"\nwhere', "drawing.solids.unit: 'kg'; allowed: m, mm"),
         ('kind = "estimated"\nrows', 'kind = "guess"\nrows', "drawing.solids.kind: 'guess'"),
+        ("radius = 80,", "radius = 80, weight = 3,", r"rows\[23\].weight"),
         ("radius = 80, ", "", r"rows\[23\].radius: missing"),
         ('values = 27.24, unit = "m^3"', 'values = 0, unit = "m^3"', "envelope_volume.* 0.0; allowed: a number abo"),
         ('values = 2033, unit = "mm"', 'values = 2033, unit = "kg"', "ratings.reach.unit: 'kg'; allowed: m, mm"),

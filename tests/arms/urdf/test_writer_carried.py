@@ -129,6 +129,7 @@ def test_names_axes_and_motors_stay_and_what_turns_without_end_is_no_stand_in(tw
     assert root.find("joint[@name='j2']/limit").get("upper") == "6.283185307179586"
     assert root.find("transmission[@name='t1']/joint/hardwareInterface").text == "EffortJointInterface"
     assert root.find("transmission[@name='t1']/actuator/{https://drake.mit.edu/}gear_ratio").get("value") == "50.0"
+    assert root.find("transmission[@name='t1']/actuator/mechanicalReduction").text == "1"
     assert root.find("transmission[@name='t2']/actuator").get("name") == "m2"
     mesh = root.find("link[@name='base']/visual/geometry/mesh")
     assert mesh.attrib == {"filename": "package://two/a.dae", "scale": "1 1 0.5"}

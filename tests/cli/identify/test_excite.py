@@ -35,9 +35,9 @@ OPTIONS = ("--duration", 6, "--objective", "cond", "--starts", 2, "--harmonics",
     ("options", "sizes", "load", "noise", "limits", "clearance"),
     [
         ((), SIZES, 0.0, [NOISE] * 7, (), ()),
-        ((*OPTIONS, "--noise", "1,2,3,4,5,6,7", "--payload", 2, "--joint-speed", 1.5, "--speed-share", 0.7,
+        ((*OPTIONS, "--noise", "1,2,3,4,5,6,7", "--payload", 1, "--joint-speed", 1.5, "--speed-share", 0.7,
           "--torque-share", 0.6, "--margin-deg", 9, "--keep", 0.03, "--floor", -0.2, "--column", 0.1),
-         CHOSEN, 2.0, range(1, 8), (np.radians(9.0), 0.7, 0.6, 1.5), (0.03, -0.2, 0.1)),
+         CHOSEN, 1.0, range(1, 8), (np.radians(9.0), 0.7, 0.6, 1.5), (0.03, -0.2, 0.1)),
     ],
 )  # fmt: skip
 def test_options_reach_the_search(asked, lwr_dyn_command, options, sizes, load, noise, limits, clearance):

@@ -111,6 +111,10 @@ def test_parameters_are_shown_with_their_pulls(shown):
 
 def test_links_before_and_after(shown):
     table = link_table(shown)
+    assert [x.title for x in table.columns] == [
+        "link", "mass, table [kg]", "mass [kg]", "centre moved by [mm]", "semi-axes, table [mm]", "semi-axes [mm]",
+        "a body",
+    ]  # fmt: skip
     assert [row[-1] for row in table.rows] == [i != IMPOSSIBLE for i in range(7)]
     assert [row[3] for row in table.rows] == pytest.approx([20.0] * 7)
     assert table.rows[0][2] / table.rows[0][1] == pytest.approx(0.8)
