@@ -28,6 +28,12 @@ def known(lwr, columns):
     return plant, said_of(lwr, plant, rng, 5.0)
 
 
+def test_a_parameter_that_moves_by_its_unit_alone_is_half_a_distance_away(prior):
+    share = 1e-3
+    away = [prior.distance(prior.table + share * step, 1.0) for step in np.diag(prior.units)]
+    assert away == pytest.approx([0.5 * share**2] * prior.table.size, rel=0.01)
+
+
 TRUE_ONES = (
     ["total mass = 16"],
     ["m_4 = 2.5", "mx_4 - 0.01 m_4 = 0", "armature_3 = 0.2"],
