@@ -66,6 +66,9 @@ def test_a_row_of_torques_says_what_is_left(shown):
     left = np.where(one.used[:, 0], one.measured[:, 0] - one.predicted[:, 0], np.nan)
     assert rms(left) == pytest.approx(NOISE, rel=0.1)
     assert f"<span>RMS left</span> <b>{rms(left):.3g} N m</b>" in text
+    peak, torque = (np.nanmax(np.abs(x)) for x in (left, one.measured[:, 0]))
+    assert f"<span>largest</span> <b>{peak:.3g} N m</b>" in text
+    assert f"torque at most {torque:.3g} N m; measured less" in text
 
 
 def test_torques_that_were_cut_out_leave_a_gap(shown):
