@@ -26,6 +26,7 @@ import time
 import tomllib
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from pathlib import Path
@@ -196,19 +197,21 @@ def copied(folder: Path) -> Path:
     return folder
 
 
-def tried(task: tuple[list[Mutant], Path]) -> list[Fate]:
-    """The fates of some mutants in one copy; each is printed as it is known."""
-    chosen, root = task
+def tried(chosen: Sequence[Mutant], root: Path) -> tuple[list[Fate], set[str]]:
+    """The fates of some mutants in one copy, each printed as it is known; the test files that fail without a fault."""
     known: dict[tuple[str, str], bool] = {}
     fates = []
     for mutant in chosen:
         fates.append(fate(mutant, root, known))
         print(f"{mutant.name}: {fates[-1].words}, {fates[-1].seconds:.0f} s", file=sys.stderr, flush=True)
-    return fates
+    return fates, {Path(tests).relative_to(root).as_posix() for (tests, _), holds in known.items() if not holds}
 
 
-def in_copies(chosen: Sequence[Mutant]) -> list[Fate]:
-    """The fates of mutants, tried in as many copies of the tree as there are cores; a module stays in one copy."""
+def in_copies(chosen: Sequence[Mutant]) -> tuple[list[Fate], set[str]]:
+    """`tried` in as many copies of the tree as there are cores; a module stays in one copy.
+
+    By processes that may have children: tests start some, and a child of a `Pool` may not.
+    """
     workers = max(len(os.sched_getaffinity(0)), 1)
     parts: list[list[Mutant]] = [[] for _ in range(workers)]
     of_modules = defaultdict(list)
@@ -216,10 +219,12 @@ def in_copies(chosen: Sequence[Mutant]) -> list[Fate]:
         of_modules[mutant.module].append(mutant)
     for mutants_here in sorted(of_modules.values(), key=len, reverse=True):
         min(parts, key=len).extend(mutants_here)
-    with tempfile.TemporaryDirectory() as place, multiprocessing.get_context("fork").Pool(workers) as pool:
-        tasks = [(part, copied(Path(place) / str(k))) for k, part in enumerate(parts)]
-        found = {one.mutant: one for fates in pool.map(tried, tasks, chunksize=1) for one in fates}
-    return [found[mutant] for mutant in chosen]
+    context = multiprocessing.get_context("fork")
+    with tempfile.TemporaryDirectory() as place, ProcessPoolExecutor(workers, context) as pool:
+        copies = [copied(Path(place) / str(k)) for k in range(workers)]
+        results = list(pool.map(tried, parts, copies))
+    found = {one.mutant: one for fates, _ in results for one in fates}
+    return [found[mutant] for mutant in chosen], set().union(*(failing for _, failing in results))
 
 
 def share(fates: Iterable[Fate], reasons: dict[str, str], quick: bool = False) -> float:
@@ -246,8 +251,8 @@ def mutants() -> tuple[str, bool, str]:
     """Faults planted all over the package that the tests of their modules see (LWR_DYN_MUTANTS=200 of them)."""
     reasons = tomllib.loads(REASONS.read_text(encoding="utf-8"))["changes_nothing"]
     number = seed()
-    fates = in_copies(drawn(COUNT, number))
-    known = in_copies(known_mutants(ROOT)) if PLACES == ("",) else []
+    fates, failing = in_copies(drawn(COUNT, number))
+    known, failing_too = in_copies(known_mutants(ROOT)) if PLACES == ("",) else ([], set())
     unseen = [x.mutant for x in (*fates, *known) if not x.by]
     idle = sum(x.key in reasons for x in unseen)
     rows = [f"| {x.name} | {reasons.get(x.key, 'not seen')} |" for x in unseen]
@@ -265,5 +270,7 @@ def mutants() -> tuple[str, bool, str]:
     words = f"seed {number:x}: {seen:.1%} of {len(fates)} seen, {quick:.1%} by quick tests; {idle} change nothing; "
     words += f"{sum(x.by in RECORDS for x in fates)} seen by a record of what there was; "
     words += f"{once} of the {len(known)} known ones seen"
+    if failing | failing_too:
+        words += f"; fail without a fault, and so see none: {', '.join(sorted(failing | failing_too))}"
     holds = seen >= NEEDED and quick >= NEEDED_QUICK and idle <= MOST_IDLE * len(fates) and once == len(known)
     return words, holds, "\n".join(table).replace("`", "")
