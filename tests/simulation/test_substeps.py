@@ -47,6 +47,15 @@ def test_a_run_whose_bound_is_small_is_kept_as_it_is_and_the_bound_is_one():
     assert 0.0 < true < found.change < ENOUGH
 
 
+def test_the_change_is_the_largest_distance_of_the_tips():
+    run = run_setup(setup_of())
+    other = replace(run, q=run.q + np.linspace(0.0, 0.2, run.t.size)[:, None])
+    ours, theirs = (lwr_dyn.forward_kinematics(ARM, x.q[-1])[:3, 3] for x in (run, other))
+    assert tip_change(run, other) == pytest.approx(np.linalg.norm(ours - theirs), rel=0.05)
+    whole = [lwr_dyn.forward_kinematics(ARM, x.q)[:, :3, 3] for x in (run, other)]
+    assert tip_change(run, other) <= np.linalg.norm(whole[0] - whole[1], axis=1).max() * (1.0 + 1e-12)
+
+
 def test_the_bound_is_that_of_the_worst_interval_and_none_where_all_have_events():
     run = run_setup(setup_of())
     everywhere = tuple(Event(float(t), "stop", 0, 0.0) for t in (run.t[:-1] + run.t[1:]) / 2)

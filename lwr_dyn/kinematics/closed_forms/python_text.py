@@ -45,15 +45,6 @@ def _name(name: str) -> str:
     return f"{name}_" if keyword.iskeyword(name) else name
 
 
-def _size(statements: Iterable[tree.CStatement]) -> int:
-    """Statements inside, loops counted once."""
-    total = 0
-    for x in statements:
-        inner = x.body if isinstance(x, tree.CFor | tree.CWhile) else (*x.yes, *x.no) if isinstance(x, tree.CIf) else ()
-        total += 1 + _size(inner)
-    return total
-
-
 _SET = re.compile(r"(\w+) = (.*)")
 
 

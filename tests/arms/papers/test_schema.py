@@ -137,3 +137,10 @@ errata = ["x"]
     twice = erratum.split("[reading")[0].replace(at or 'at = ""', "inertial.mass.values[0]" if at else 'at = "a.b"')
     with pytest.raises(PaperError, match="'x' twice"):
         parse_paper(GOOD + twice + erratum, "own.toml")
+
+
+def test_a_table_of_runs_belongs_to_others_and_is_not_unknown():
+    assert (
+        parse_paper(GOOD + "\n[run]\nseconds = 1\n", "own.toml").default_reading
+        == parse_paper(GOOD, "own.toml").default_reading
+    )
