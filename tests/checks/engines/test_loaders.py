@@ -32,34 +32,23 @@ def written(tmp_path):
     return write
 
 
-@pytest.mark.parametrize("whole", [True, False])
-@pytest.mark.parametrize("name", SCOPES)
-def test_mujoco_has_the_equation_of_pinocchio(written, name, whole):
-    need("mujoco")
-    path, (scope, at) = written(BARE.replace('friction="0.4"', 'friction="0"')), SCOPES[name]
-    ours, theirs = MujocoFile(path, scope, {"whole": whole}), PinocchioFile(path, scope, {})
-    q, dq, ddq = Q[at], DQ[at], DDQ[at]
-    assert ours.mass == theirs.mass == 3.0
-    for method, given in (
-        ("mass_matrix", (q,)), ("velocity_torque", (q, dq)), ("gravity_torque", (q,)), ("flange", (q,)),
-    ):  # fmt: skip
-        expected = getattr(theirs, method)(*given)
-        np.testing.assert_allclose(getattr(ours, method)(*given), expected, rtol=EXACT, atol=EXACT)
-    whole_motion = ours.mass_matrix(q) @ ddq + ours.velocity_torque(q, dq) + ours.gravity_torque(q)
-    damping = np.array([0.7, 0.0])[at] * dq
-    np.testing.assert_allclose(ours.torque(q, dq, ddq), whole_motion + damping, rtol=EXACT, atol=EXACT)
+EQUATION = {
+    "mujoco": (MujocoFile, {"whole": False}, BARE, EXACT, EXACT),
+    "mujoco, whole": (MujocoFile, {"whole": True}, BARE, EXACT, EXACT),
+    "pydrake": (DrakeFile, {}, BARE, EXACT, EXACT),
+    "pybullet": (BulletFile, {"still": True}, BARE.replace("</link></robot>", WEIGHTLESS), 1e-6, 1e-3),
+}
+"""Engine, options, file, and the tolerances of its parts and of its torque: PyBullet keeps places in single precision
+(6e-8), and its torque is that of one step of 1e-5 s."""
 
 
+@pytest.mark.parametrize("engine", EQUATION)
 @pytest.mark.parametrize("name", SCOPES)
-@pytest.mark.parametrize(
-    ("engine", "package", "exact"), [(DrakeFile, "pydrake", EXACT), (BulletFile, "pybullet", 1e-6)]
-)
-def test_drake_and_pybullet_have_the_equation_of_pinocchio(written, engine, package, exact, name):
-    """PyBullet keeps places in single precision, and its torque is that of one step."""
-    need(package)
-    text = BARE.replace('friction="0.4"', 'friction="0"').replace("</link></robot>", WEIGHTLESS)
-    path, (scope, at) = written(text), SCOPES[name]
-    ours, theirs = engine(path, scope, {"still": True}), PinocchioFile(path, scope, {})
+def test_an_engine_has_the_equation_of_pinocchio(written, name, engine):
+    need(engine.partition(",")[0])
+    load, options, text, exact, near = EQUATION[engine]
+    path, (scope, at) = written(text.replace('friction="0.4"', 'friction="0"')), SCOPES[name]
+    ours, theirs = load(path, scope, options), PinocchioFile(path, scope, {})
     q, dq, ddq = Q[at], DQ[at], DDQ[at]
     assert ours.mass == theirs.mass == 3.0
     for method, given in (
@@ -69,7 +58,6 @@ def test_drake_and_pybullet_have_the_equation_of_pinocchio(written, engine, pack
         np.testing.assert_allclose(getattr(ours, method)(*given), expected, rtol=exact, atol=exact)
     whole_motion = ours.mass_matrix(q) @ ddq + ours.velocity_torque(q, dq) + ours.gravity_torque(q)
     damping = np.array([0.7, 0.0])[at] * dq
-    near = max(exact, {"pydrake": EXACT, "pybullet": 1e-3}[package])
     np.testing.assert_allclose(ours.torque(q, dq, ddq), whole_motion + damping, rtol=near, atol=near)
 
 

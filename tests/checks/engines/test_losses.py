@@ -188,5 +188,5 @@ def test_the_first_way_that_has_what_is_lost_restores_it(reference, kept, tmp_pa
     assert by(tensor, replace(whole, torque=whole.torque + 1e-3), whole) == written
     # what stands for a link without mass in our MJCF shows a little
     stand_in = replace(whole, torque=whole.torque * (1.0 + 5e-10))
-    assert by(replace(tensor, feature="moments without mass"), stand_in, whole) != written
+    assert by(replace(tensor, feature="moments without mass"), stand_in, whole) == 'compiler option fusestatic="false"'
     assert by(tensor, stand_in, whole) == written
